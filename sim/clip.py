@@ -1,0 +1,98 @@
+"""Clips on our skeleton: resampling, mirroring, floor, and the root frame that features and controller share."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from sim import rotations as rot
+from sim.kinematics import forward_kinematics, to_global
+from sim.skeleton import CONTACT_JOINTS, INDEX, MIRROR, TOE_HEIGHT
+
+FPS = 60
+ROOT_SMOOTHING = 0.15  # seconds (Gaussian sigma): the root follows the way, not the sway of each step
+MIRROR_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])  # reflection through the YZ plane
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A motion on the 21-joint skeleton: hips (frames, 3) in metres, local rotations (frames, 21, 4), at `fps` frames a second."""
+
+    hips: np.ndarray
+    rotations: np.ndarray
+    fps: float = FPS
+    name: str = ""
+
+    def __len__(self) -> int:
+        return len(self.hips)
+
+    def __getitem__(self, frames: slice) -> "Clip":
+        return replace(self, hips=self.hips[frames], rotations=self.rotations[frames])
+
+    def global_rotations(self) -> np.ndarray:
+        """(frames, 21, 4) in world axes."""
+        return to_global(self.rotations)
+
+    def positions(self) -> np.ndarray:
+        """(frames, 21, 3) in world metres."""
+        return forward_kinematics(self.hips, self.global_rotations())
+
+    def resampled(self, fps: float = FPS) -> "Clip":
+        """The same motion at another rate: positions linearly, rotations by slerp, first frame kept."""
+        if abs(fps - self.fps) < 1e-6 or len(self) < 2:
+            return replace(self, fps=fps)
+        source = np.arange(int((len(self) - 1) * fps / self.fps + 1e-6) + 1) * self.fps / fps
+        low = np.minimum(source.astype(int), len(self) - 2)
+        t = source - low
+        hips = self.hips[low] + (self.hips[low + 1] - self.hips[low]) * t[:, None]
+        rotations = rot.slerp(self.rotations[low], self.rotations[low + 1], t[:, None, None])
+        return replace(self, hips=hips, rotations=rotations, fps=fps)
+
+    def mirrored(self) -> "Clip":
+        """Left and right exchanged."""
+        return replace(self, hips=self.hips * np.array([-1.0, 1.0, 1.0]),
+                       rotations=self.rotations[:, MIRROR] * MIRROR_QUATERNION, name=self.name + "-mirrored")
+
+    def grounded(self) -> "Clip":
+        """Moved vertically so that the planted toes stand at TOE_HEIGHT above a floor at 0."""
+        return replace(self, hips=self.hips - np.array([0.0, floor_height(self.positions()), 0.0]))
+
+
+@dataclass(frozen=True)
+class RootFrame:
+    """The character's own ground frame: positions (frames, 3) on the floor in metres, facing (frames,) yaw in radians."""
+
+    positions: np.ndarray
+    facing: np.ndarray
+
+
+def floor_height(positions: np.ndarray) -> float:
+    """The floor under a clip, from joint positions (frames, 21, 3): a low percentile of the lower foot's lowest joint.
+
+    Low, because feet stand on the floor most of the time and are never under it; not the minimum, because markers slip."""
+    lowest = positions[:, CONTACT_JOINTS, 1].min(axis=1)
+    return float(np.percentile(lowest, 20) - TOE_HEIGHT)
+
+
+def facing_of(positions: np.ndarray) -> np.ndarray:
+    """Yaw (frames,) square to the hips and shoulders (Holden et al. 2016), from joint positions (frames, 21, 3), unsmoothed."""
+    def across(left: str, right: str) -> np.ndarray:
+        return rot.normalize((positions[..., INDEX[left], :] - positions[..., INDEX[right], :]) * np.array([1.0, 0.0, 1.0]))
+
+    left = across("LeftUpLeg", "RightUpLeg") + across("LeftArm", "RightArm")
+    return rot.yaw_of(rot.cross(left, np.array([0.0, 1.0, 0.0])))
+
+
+def root_frame(positions: np.ndarray, fps: float = FPS) -> RootFrame:
+    """The root frame of joint positions (frames, 21, 3): hips on the floor and facing, both smoothed over ROOT_SMOOTHING."""
+    sigma = ROOT_SMOOTHING * fps
+    ground = positions[:, 0] * np.array([1.0, 0.0, 1.0])
+    return RootFrame(_smooth(ground, sigma), _smooth(np.unwrap(facing_of(positions)), sigma))
+
+
+def _smooth(values: np.ndarray, sigma: float) -> np.ndarray:
+    """Gaussian smoothing along frames; the ends are continued by point reflection, so a straight walk stays straight."""
+    pad = min(len(values) - 1, int(4 * sigma))
+    before = 2 * values[:1] - values[pad:0:-1]
+    after = 2 * values[-1:] - values[-2:-pad - 2:-1]
+    return gaussian_filter1d(np.concatenate([before, values, after]), sigma, axis=0, mode="nearest")[pad:pad + len(values)]

@@ -1,0 +1,29 @@
+"""What the player asks for in one frame."""
+
+from dataclasses import dataclass, field
+from typing import Mapping
+
+import numpy as np
+
+GAIT_SPEEDS = {"walk": 1.3, "run": 3.0}  # metres a second at full stick
+
+
+@dataclass(frozen=True)
+class Command:
+    """One frame of input, in world axes.
+
+    move: (x, z) stick, length at most 1, (0, 0) to stand.
+    face: (x, z) wanted facing direction, or None to face where it goes.
+    gait: a name of GAIT_SPEEDS.
+    style: body part name -> (style name, strength 0 .. 1.5), for the parts that are restyled; the others keep their own style.
+    """
+
+    move: tuple[float, float] = (0.0, 0.0)
+    face: tuple[float, float] | None = None
+    gait: str = "walk"
+    style: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+
+    @property
+    def desired_velocity(self) -> np.ndarray:
+        """What the stick asks, before any spring: (2,) world x, z in metres a second."""
+        return np.array(self.move) * GAIT_SPEEDS[self.gait]

@@ -1,0 +1,55 @@
+"""Forward kinematics of the 21 joints and analytic two-bone inverse kinematics."""
+
+import numpy as np
+
+from sim import rotations as rot
+from sim.skeleton import ANCESTORS, BONE_OFFSETS, JOINT_COUNT, PARENTS
+
+
+def forward_kinematics(hips: np.ndarray, global_rotations: np.ndarray) -> np.ndarray:
+    """Joint positions (..., 21, 3) in metres from hips positions (..., 3) and global rotations (..., 21, 4).
+
+    With global rotations a joint is the sum of the turned bones above it: one matrix product, no loop over the chain."""
+    bones = np.empty((*global_rotations.shape[:-1], 3))
+    bones[..., 0, :] = hips
+    bones[..., 1:, :] = rot.rotate(global_rotations[..., PARENTS[1:], :], BONE_OFFSETS[1:])
+    return ANCESTORS @ bones
+
+
+def to_global(local_rotations: np.ndarray) -> np.ndarray:
+    """Local rotations (..., 21, 4) to global ones."""
+    result = local_rotations.copy()
+    for joint in range(1, JOINT_COUNT):
+        result[..., joint, :] = rot.multiply(result[..., PARENTS[joint], :], local_rotations[..., joint, :])
+    return result
+
+
+def to_local(global_rotations: np.ndarray) -> np.ndarray:
+    """Global rotations (..., 21, 4) to rotations relative to the parent (the root's stays global)."""
+    local = rot.multiply(rot.inverse(global_rotations[..., PARENTS, :]), global_rotations)
+    local[..., 0, :] = global_rotations[..., 0, :]
+    return local
+
+
+def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np.ndarray,
+                pole: np.ndarray, reach: float = 0.999) -> tuple[np.ndarray, np.ndarray]:
+    """World rotations (4,), (4,) to put before the upper and the lower bone so that the ankle meets the target.
+
+    hip, knee, ankle, target: (3,) world metres. pole: (3,) the direction the knee points to when the leg is straight and the
+    bend has no plane of its own. A target out of reach is approached along the line to it, up to `reach` of the leg's length."""
+    upper, lower = np.linalg.norm(knee - hip), np.linalg.norm(ankle - knee)
+    to_target = target - hip
+    distance = np.clip(np.linalg.norm(to_target), abs(upper - lower) + 1e-3, (upper + lower) * reach)
+    axis = rot.normalize(to_target)
+
+    # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.
+    current = rot.normalize(ankle - hip)
+    bend = (knee - hip) - current * np.dot(knee - hip, current)
+    bend = bend + pole * max(0.0, 0.02 - np.linalg.norm(bend))
+    bend = rot.rotate(rot.between(current, axis), bend)
+    bend = rot.normalize(bend - axis * np.dot(bend, axis))
+
+    cosine = np.clip((upper**2 + distance**2 - lower**2) / (2 * upper * distance), -1.0, 1.0)
+    new_knee = hip + upper * (cosine * axis + np.sqrt(1.0 - cosine**2) * bend)
+    new_ankle = hip + distance * axis
+    return rot.between(knee - hip, new_knee - hip), rot.between(ankle - knee, new_ankle - new_knee)

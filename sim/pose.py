@@ -1,0 +1,44 @@
+"""One frame of the character, as it travels from the controller to the screen."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from sim import rotations as rot
+from sim.kinematics import forward_kinematics, to_local
+
+
+@dataclass(frozen=True)
+class Pose:
+    """The whole body at one instant, in world axes.
+
+    root_position: (3,) metres on the floor; root_facing: yaw in radians (the character's own ground frame).
+    hips: (3,) metres, the Hips joint. rotations: (21, 4) global rotations.
+    contacts: (4,) 0..1 for left foot, left toe, right foot, right toe. phase: radians in 0 .. 2 pi.
+    """
+
+    root_position: np.ndarray
+    root_facing: float
+    hips: np.ndarray
+    rotations: np.ndarray
+    contacts: np.ndarray
+    phase: float
+
+    @cached_property
+    def positions(self) -> np.ndarray:
+        """(21, 3) world metres by forward kinematics: bones always keep their length."""
+        return forward_kinematics(self.hips, self.rotations)
+
+    @property
+    def local_rotations(self) -> np.ndarray:
+        """(21, 4) rotations relative to the parent."""
+        return to_local(self.rotations)
+
+    def with_body(self, hips: np.ndarray, rotations: np.ndarray) -> "Pose":
+        """The same instant and way with another body posture."""
+        return replace(self, hips=hips, rotations=rotations)
+
+    def to_character(self, vectors: np.ndarray) -> np.ndarray:
+        """World vectors (..., 3) in the character's own facing."""
+        return rot.rotate(rot.from_yaw(-self.root_facing), vectors)
