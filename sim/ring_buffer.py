@@ -1,0 +1,35 @@
+"""The last half second of neutral motion, kept as features so that a frame only adds its own."""
+
+from collections import deque
+
+import numpy as np
+
+from sim.features import STRIDE, WINDOW, features_from
+from sim.pose import Pose
+
+_FIELDS = ("positions", "rotations", "root_position", "root_facing")
+SPAN = (WINDOW - 1) * STRIDE + 1  # frames: 31, the current one included
+
+
+class RingBuffer:
+    """Poses go in, the feature window (WINDOW, 21, 15) that ends with the newest comes out.
+
+    Until half a second has passed, the first pose stands in for its own past."""
+
+    def __init__(self) -> None:
+        self._poses: deque[Pose] = deque(maxlen=STRIDE + 1)
+        self._features: deque[np.ndarray] = deque(maxlen=SPAN)
+
+    def push(self, pose: Pose) -> None:
+        """Adds the newest pose."""
+        self._poses.append(pose)
+        while len(self._poses) <= STRIDE:
+            self._poses.append(pose)
+        feature = features_from(*(np.stack([getattr(p, name) for p in self._poses]) for name in _FIELDS))[-1]
+        self._features.append(feature)
+        while len(self._features) < SPAN:
+            self._features.append(feature)
+
+    def window(self) -> np.ndarray:
+        """(WINDOW, 21, 15): every STRIDE-th frame of the last half second, the newest last."""
+        return np.stack(list(self._features)[::STRIDE])

@@ -1,0 +1,61 @@
+"""One frame of Patchwalk, from the command to the pose on the screen. Window, replay, tests and export all call `Session.step`."""
+
+from dataclasses import dataclass
+from typing import Mapping, Protocol
+
+import numpy as np
+
+from sim.command import Command
+from sim.foot_lock import FootLock
+from sim.latency import Latency
+from sim.pose import Pose
+from sim.ring_buffer import RingBuffer
+
+
+class Controller(Protocol):
+    """Turns the player's wish into neutral motion, one 60 Hz frame a call."""
+
+    def step(self, command: Command) -> Pose: ...
+
+
+class Stylizer(Protocol):
+    """Restyles the newest frame of a half-second window."""
+
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, tuple[str, float]]) -> Pose:
+        """window: features (16, 21, 15) ending with `neutral`; style: part -> (style name, strength).
+        Raises ValueError for a style that the bank does not hold."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What one step made: the command it answered, the neutral pose and the styled pose that is drawn."""
+
+    command: Command
+    neutral: Pose
+    styled: Pose
+
+
+class Session:
+    """The whole line but its two ends. A step is 1/60 s of simulated time, always; no clock is read inside."""
+
+    def __init__(self, controller: Controller, stylizer: Stylizer, latency: Latency | None = None) -> None:
+        self.controller = controller
+        self.stylizer = stylizer
+        self.latency = latency or Latency()
+        self.history = RingBuffer()
+        self.foot_lock = FootLock()
+
+    def step(self, command: Command) -> Frame:
+        """command -> controller -> ring buffer -> stylizer -> foot lock -> frame."""
+        stage = self.latency.stage
+        with stage("frame"):
+            with stage("controller"):
+                neutral = self.controller.step(command)
+            with stage("features"):
+                self.history.push(neutral)
+                window = self.history.window()
+            with stage("stylizer"):
+                styled = self.stylizer.step(window, neutral, command.style)
+            with stage("foot_lock"):
+                styled = self.foot_lock.step(styled, neutral)
+        return Frame(command, neutral, styled)
