@@ -1,0 +1,1 @@
+"""The phase-functioned controller: from the player's command to neutral motion (Holden et al. 2017)."""

@@ -1,0 +1,147 @@
+"""Training data of the controller: clips to frames of trajectory, pose and what comes next."""
+
+import hashlib
+import re
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from controller.layout import FUTURE, INPUT_SLICES, OFFSETS, OUTPUT_SLICES, OUTPUT_SIZE, INPUT_SIZE
+from controller.phase import label_gait, label_phase
+from sim import rotations as rot
+from sim.clip import FPS, Clip, root_frame
+from sim.contacts import foot_contacts
+from sim.retarget import load_clip
+
+# Clips that a neutral walker should not learn from: not locomotion, or walks in a style of their own. Matched against the path.
+NOT_NEUTRAL = re.compile(
+    r"bandai-namco|Box|Lie|Crawl|Crouch|Skip|Hop|Leap|Jump|CartWheel|Random|Urban|Conversation|Wait|Look|Sway|Swing"
+    r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR")
+HELD_OUT_SHARE = 0.1
+MINIMUM_SECONDS = 0.7
+
+
+@dataclass
+class Frames:
+    """Frames of all clips end to end; entry t and t + 1 follow each other where `last` is False.
+
+    inputs (N, INPUT_SIZE), targets (N, OUTPUT_SIZE): the frame after, as the network should answer; phase (N,) radians;
+    weight (N,) how often to draw it; held_out (N,), last (N,) bool: the clip's last usable frame; names of the clips, clip (N,) index.
+    """
+
+    inputs: np.ndarray
+    targets: np.ndarray
+    phase: np.ndarray
+    weight: np.ndarray
+    held_out: np.ndarray
+    last: np.ndarray
+    clip: np.ndarray
+    names: list[str]
+
+
+def is_held_out(name: str) -> bool:
+    """The fixed split: by a hash of the clip's name, so that it never depends on what else is in the folder."""
+    return int(hashlib.md5(name.encode()).hexdigest(), 16) % 1000 < HELD_OUT_SHARE * 1000
+
+
+def frames_of(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """inputs (F - 1, INPUT_SIZE), targets (F - 1, OUTPUT_SIZE), phase (F - 1,) of a grounded 60 Hz clip.
+
+    Before its first and after its last frame a clip is taken to go on straight at the speed it has there."""
+    positions, rotations = clip.positions(), clip.global_rotations()
+    root = root_frame(positions)
+    contacts = foot_contacts(clip)
+    phase = label_phase(positions, contacts)
+    ground = root.positions[:, [0, 2]]
+    gait = label_gait(np.gradient(ground, 1 / FPS, axis=0), np.gradient(root.facing, 1 / FPS))
+    frames = len(clip)
+    to_root = rot.from_yaw(-root.facing)
+
+    def around(offsets: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Positions (F, n, 2), directions (F, n, 2) in the frame's own root frame and gaits (F, n, 3) at the offsets."""
+        at = np.arange(frames)[:, None] + np.array(offsets)
+        inside = np.clip(at, 0, frames - 1)
+        edge_velocity = np.where((at < 0)[..., None], ground[min(3, frames - 1)] - ground[0], ground[-1] - ground[-4]) / 3
+        there = ground[inside] + edge_velocity * (at - inside)[..., None]
+        local = there - ground[:, None]
+        turned = rot.rotate(to_root[:, None], np.stack([local[..., 0], 0 * local[..., 0], local[..., 1]], axis=-1))
+        angle = root.facing[inside] - root.facing[:, None]
+        return turned[..., [0, 2]], np.stack([np.sin(angle), np.cos(angle)], axis=-1), gait[inside]
+
+    now, following = slice(0, -1), slice(1, None)
+    velocity = np.gradient(positions, 1 / FPS, axis=0)
+    pose = {
+        "positions": rot.rotate(to_root[:, None], positions - root.positions[:, None]),
+        "velocities": rot.rotate(to_root[:, None], velocity),
+        "rotations": rot.to_6d(rot.multiply(to_root[:, None], rotations)),
+        "contacts": contacts,
+    }
+    trajectory = dict(zip(("trajectory_positions", "trajectory_directions", "trajectory_gaits"), around(OFFSETS)))
+    future = dict(zip(("future_positions", "future_directions"), around(FUTURE)))
+    step = rot.rotate(to_root[now], root.positions[following] - root.positions[now])
+    turn = np.diff(root.facing)
+    target = {name: value[following] for name, value in {**pose, **future}.items()}
+    target["root"] = np.stack([step[:, 0], step[:, 2], turn], axis=-1)
+    target["phase"] = np.diff(phase)[:, None]
+    source = {name: value[now] for name, value in {**trajectory, **pose}.items() if name in INPUT_SLICES}
+    return (_flat(source, INPUT_SLICES, INPUT_SIZE), _flat(target, OUTPUT_SLICES, OUTPUT_SIZE),
+            np.mod(phase[now], 2 * np.pi).astype(np.float32))
+
+
+def _flat(parts: dict[str, np.ndarray], where: dict[str, slice], size: int) -> np.ndarray:
+    """Named arrays (F, ...) laid side by side: (F, size) float32."""
+    frames = len(next(iter(parts.values())))
+    result = np.empty((frames, size), np.float32)
+    for name, part in where.items():
+        result[:, part] = parts[name].reshape(frames, -1)
+    return result
+
+
+def _load(path: Path) -> list[tuple[str, tuple]] | str:
+    """One file as itself and mirrored, or the reason why it cannot be used."""
+    try:
+        clip = load_clip(path)
+    except (ValueError, OSError) as error:
+        return str(error)
+    if len(clip) < MINIMUM_SECONDS * FPS:
+        return f"{path.name}: shorter than {MINIMUM_SECONDS} s"
+    return [(path.stem, frames_of(c)) for c in (clip, clip.mirrored())]
+
+
+def load_folder(folder: Path, workers: int = 2) -> Frames:
+    """All neutral locomotion under a folder of BVH files. Raises ValueError if nothing in it can be used."""
+    paths = [p for p in sorted(folder.rglob("*.bvh")) if not NOT_NEUTRAL.search(str(p.relative_to(folder)))]
+    with ProcessPoolExecutor(workers) as pool:
+        loaded = list(pool.map(_load, paths, chunksize=4))
+    refused = [reason for reason in loaded if isinstance(reason, str)]
+    for reason in refused:
+        print(f"skipped {reason}", file=sys.stderr)
+    clips = [clip for result in loaded if not isinstance(result, str) for clip in result]
+    if not clips:
+        raise ValueError(f"no usable BVH file under '{folder}': put walking, running and standing clips there")
+    inputs, targets, phase = (np.concatenate(parts) for parts in zip(*(data for _, data in clips)))
+    lengths = [len(data[0]) for _, data in clips]
+    index = np.repeat(np.arange(len(clips)), lengths)
+    last = np.zeros(len(index), bool)
+    last[np.cumsum(lengths) - 1] = True
+    held_out = np.array([is_held_out(name) for name, _ in clips])[index]
+    return Frames(inputs, targets, phase, balance(inputs, targets), held_out, last, index, [name for name, _ in clips])
+
+
+def balance(inputs: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Sampling weights (N,): kinds of movement that are rare in the data are drawn more often, by the root of their rarity.
+
+    A kind is a cell of speed, direction of travel against the facing, and turn rate, so that two minutes of running are not
+    drowned by an hour of walking and strafing counts beside walking straight."""
+    root = targets[:, OUTPUT_SLICES["root"]] * FPS
+    speed = np.hypot(root[:, 0], root[:, 1])
+    direction = np.where(speed > 0.2, np.abs(np.arctan2(root[:, 0], root[:, 1])), 0.0)
+    cell = np.stack([np.digitize(speed, (0.15, 0.5, 0.9, 1.3, 1.8, 2.5, 3.2, 4.0)),
+                     np.digitize(direction, np.radians((25, 65, 115, 155))),
+                     np.digitize(np.abs(root[:, 2]), (0.4, 1.2, 2.5))], axis=-1)
+    _, kind, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+    weight = 1 / np.sqrt(np.maximum(count[kind.ravel()], 500))
+    return weight / weight.sum()

@@ -1,0 +1,248 @@
+"""Training of the controller: rollouts on its own poses, so that it learns to stay on the rails it will run on."""
+
+import csv
+import math
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch.nn import functional as F
+from tqdm import tqdm
+
+from controller.dataset import Frames, load_folder
+from controller.layout import INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
+from controller.network import PhaseFunctionedNetwork
+from controller.weights import MODEL, save
+from sim.skeleton import ANCESTORS, BONE_OFFSETS, JOINT_COUNT, PARENTS
+
+BATCH = 1024  # frames an update, however long the rollouts
+LEARNING_RATE = 1e-3
+DECAY_FROM = 0.4  # share of the time after which the learning rate falls to nothing along a cosine
+AVERAGE = 0.999  # of the weights, exponentially
+ROLLOUTS = ((0.0, 1), (0.1, 4), (0.3, 8), (0.6, 16))  # from which share of the time on, rollouts of how many frames
+POSE_SCALE = 0.3  # joint inputs are scaled down so that the trajectory matters (Holden et al. 2017 take 0.1)
+POSE_NOISE = 0.1  # standard deviations, on the pose a rollout starts from
+TRAJECTORY_NOISE = 0.02  # metres and direction units: the stick's wish is never quite a real future
+# What each part of the output counts: mean absolute error in standard deviations, contacts by cross-entropy.
+LOSS_WEIGHTS = {"positions": 1.0, "velocities": 0.5, "rotations": 1.0, "root": 2.0, "phase": 1.0,
+                "future_positions": 0.5, "future_directions": 0.5, "contacts": 0.2}
+SKELETON_WEIGHT = 10.0  # per metre, on joints placed by the rotations alone: what is drawn
+CHECKPOINT_SECONDS = 180
+LICENCE = "trained on ACCAD (CC BY 3.0), CMU mocap, SNU (MIT, Apache-2.0), 100STYLE (CC BY 4.0)"
+
+
+def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1) -> Path:
+    """Trains on every neutral clip under data_dir and writes weights, checkpoint and curve under out_dir.
+
+    Stops after `minutes` of training in all; `resume` goes on from the checkpoint exactly where it stopped, random numbers
+    included. Returns the weight file's path. Raises ValueError where the folder holds nothing to learn from."""
+    out_dir.mkdir(parents=True, exist_ok=True)
+    trainer = Trainer(_cached(data_dir, out_dir / "frames.npz"), seed)
+    checkpoint = out_dir / "checkpoint.pt"
+    if resume:
+        trainer.restore(checkpoint)
+    budget = minutes * 60
+    saved, curve = trainer.spent, out_dir / "curve.csv"
+    with tqdm(total=round(budget), initial=round(trainer.spent), unit="s", desc="train controller") as bar:
+        while trainer.spent < budget:
+            losses = trainer.update(trainer.spent / budget)
+            bar.n = min(round(trainer.spent), bar.total)
+            bar.set_postfix_str(" ".join(f"{name} {value:.3f}" for name, value in losses.items()))
+            bar.update(0)
+            if trainer.spent - saved > CHECKPOINT_SECONDS or trainer.spent >= budget:
+                saved = trainer.spent
+                trainer.log(curve)
+                trainer.keep(checkpoint)
+                _save_weights(trainer, out_dir, data_dir, minutes)
+    plot_curve(curve)
+    return out_dir / f"{MODEL}.safetensors"
+
+
+class Trainer:
+    """Network, optimiser, random numbers and clock: everything that a resumed run needs."""
+
+    def __init__(self, frames: Frames, seed: int = 1, hidden: int = 512) -> None:
+        torch.manual_seed(seed)
+        self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        self.random = np.random.default_rng(seed)
+        self.network = PhaseFunctionedNetwork(hidden)
+        set_statistics(self.network, frames)
+        self.network.to(self.device)
+        self.average = torch.optim.swa_utils.AveragedModel(
+            self.network, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE))
+        self.optimizer = torch.optim.AdamW(self.network.parameters(), LEARNING_RATE, weight_decay=1e-4)
+        self.spent = 0.0
+        self.history: list[dict[str, float]] = []
+        self.inputs, self.targets = torch.from_numpy(frames.inputs), torch.from_numpy(frames.targets)
+        self.phase = torch.from_numpy(frames.phase)
+        self.split = {split: Starts(frames, frames.held_out == (split == "held_out")) for split in ("train", "held_out")}
+        self.skeleton = Skeleton().to(self.device)
+
+    def update(self, progress: float) -> dict[str, float]:
+        """One step of the optimiser; progress 0..1 sets rollout length and learning rate. Returns the losses by name."""
+        start = time.perf_counter()
+        decay = max(0.0, (progress - DECAY_FROM) / (1 - DECAY_FROM))
+        self.optimizer.param_groups[0]["lr"] = LEARNING_RATE * 0.5 * (1 + math.cos(math.pi * min(decay, 1.0)))
+        length = [n for share, n in ROLLOUTS if progress >= share][-1]
+        starts = self.split["train"].draw(self.random, length, BATCH // length)
+        losses = self.rollout(starts, length, noise=True)
+        self.optimizer.zero_grad(set_to_none=True)
+        losses["loss"].backward()
+        torch.nn.utils.clip_grad_norm_(self.network.parameters(), 1.0)
+        self.optimizer.step()
+        self.average.update_parameters(self.network)
+        result = {name: value.item() for name, value in losses.items()}
+        self.history.append(result)
+        self.spent += time.perf_counter() - start
+        return result
+
+    def rollout(self, starts: np.ndarray, length: int, noise: bool, network=None) -> dict[str, torch.Tensor]:
+        """Losses over `length` frames from each start, the pose fed back, trajectory and phase from the data."""
+        network = network or self.network
+        total: dict[str, torch.Tensor] = {}
+        pose = None
+        for t in range(length):
+            x = self.inputs[starts + t].to(self.device)
+            phase, target = self.phase[starts + t].to(self.device), self.targets[starts + t].to(self.device)
+            if noise:
+                x[:, :POSE.start] += TRAJECTORY_NOISE * torch.randn_like(x[:, :POSE.start])
+                if pose is None:
+                    x[:, POSE] += POSE_NOISE * POSE_SCALE * network.input_std[POSE] * torch.randn_like(x[:, POSE])
+            if pose is not None:
+                x = torch.cat([x[:, :POSE.start], pose], dim=1)
+            y = network(x, phase)
+            pose = y[:, :POSE_SIZE]
+            for name, value in self.losses(y, target).items():
+                total[name] = total.get(name, 0) + value / length
+        return total
+
+    def losses(self, y: torch.Tensor, target: torch.Tensor) -> dict[str, torch.Tensor]:
+        """Each part's loss, the skeleton's and their sum, for outputs and targets (batch, OUTPUT_SIZE)."""
+        error = (y - target).abs() / self.network.output_std
+        contacts = OUTPUT_SLICES["contacts"]
+        parts = {name: error[:, where].mean() for name, where in OUTPUT_SLICES.items() if name != "contacts"}
+        parts["contacts"] = F.binary_cross_entropy_with_logits(y[:, contacts], target[:, contacts])
+        skeleton = (self.skeleton(y) - self.skeleton(target)).abs().mean()
+        loss = sum(LOSS_WEIGHTS[name] * value for name, value in parts.items()) + SKELETON_WEIGHT * skeleton
+        return {"loss": loss, "skeleton": skeleton, **parts}
+
+    @torch.no_grad()
+    def log(self, path: Path) -> None:
+        """Appends the mean training losses since the last line, and the averaged weights' on held-out clips, to a CSV."""
+        row = {"minutes": self.spent / 60, **{f"train_{name}": np.mean([h[name] for h in self.history[-500:]]) for name in self.history[-1]}}
+        held_out = self.split["held_out"]
+        if len(held_out.starts):
+            starts = held_out.draw(np.random.default_rng(0), 16, 256)
+            losses = self.rollout(starts, 16, noise=False, network=self.average.module)
+            row |= {f"held_out_{name}": value.item() for name, value in losses.items()}
+        new = not path.exists()
+        with path.open("a", newline="") as file:
+            writer = csv.DictWriter(file, list(row))
+            if new:
+                writer.writeheader()
+            writer.writerow({name: f"{value:.5f}" for name, value in row.items()})
+
+    def keep(self, path: Path) -> None:
+        """Writes the checkpoint: a complete file or none."""
+        state = {"network": self.network.state_dict(), "average": self.average.state_dict(),
+                 "optimizer": self.optimizer.state_dict(), "spent": self.spent,
+                 "random": self.random.bit_generator.state, "torch_random": torch.get_rng_state()}
+        torch.save(state, path.with_suffix(".partial"))
+        path.with_suffix(".partial").replace(path)
+
+    def restore(self, path: Path) -> None:
+        """Goes on from a checkpoint. Raises ValueError where there is none."""
+        if not path.exists():
+            raise ValueError(f"nothing to resume: {path} does not exist")
+        state = torch.load(path, weights_only=True)
+        for name in ("network", "average", "optimizer"):
+            getattr(self, name).load_state_dict(state[name])
+        self.spent = state["spent"]
+        self.random.bit_generator.state = state["random"]
+        torch.set_rng_state(state["torch_random"])
+
+
+class Starts:
+    """Where rollouts may begin: drawn by weight, never across the end of a clip."""
+
+    def __init__(self, frames: Frames, chosen: np.ndarray) -> None:
+        self.starts = np.flatnonzero(chosen)
+        weight = frames.weight[self.starts]
+        self.cumulative = np.cumsum(weight / weight.sum()) if len(weight) else weight
+        ends = np.flatnonzero(frames.last)
+        self.left = ends[np.searchsorted(ends, np.arange(len(frames.last)))] - np.arange(len(frames.last)) + 1
+
+    def draw(self, random: np.random.Generator, length: int, count: int) -> np.ndarray:
+        """Frame indices (count,) from which `length` frames follow in the same clip; a start too late is moved forward."""
+        starts = self.starts[np.searchsorted(self.cumulative, random.random(count)).clip(max=len(self.starts) - 1)]
+        return starts - np.maximum(0, length - self.left[starts])
+
+
+class Skeleton(torch.nn.Module):
+    """Joint positions (batch, 21, 3) in the root frame, from the hips' position and the rotations of an output vector."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.register_buffer("ancestors", torch.tensor(ANCESTORS, dtype=torch.float32))
+        self.register_buffer("offsets", torch.tensor(BONE_OFFSETS, dtype=torch.float32))
+
+    def forward(self, y: torch.Tensor) -> torch.Tensor:
+        axes = y[:, OUTPUT_SLICES["rotations"]].view(-1, JOINT_COUNT, 6)[:, PARENTS[1:]]
+        forward = F.normalize(axes[..., :3], dim=-1)
+        left = F.normalize(torch.linalg.cross(axes[..., 3:], forward), dim=-1)
+        matrix = torch.stack([left, torch.linalg.cross(forward, left), forward], dim=-1)
+        bones = (matrix @ self.offsets[1:, :, None])[..., 0]
+        hips = y[:, OUTPUT_SLICES["positions"]][:, None, :3]
+        return self.ancestors @ torch.cat([hips, bones], dim=1)
+
+
+def set_statistics(network: PhaseFunctionedNetwork, frames: Frames) -> None:
+    """Means per number; one standard deviation per named part and component, so that quiet joints stay quiet."""
+    for values, where, kind in ((frames.inputs, INPUT_SLICES, "input"), (frames.targets, OUTPUT_SLICES, "output")):
+        getattr(network, f"{kind}_mean").copy_(torch.from_numpy(values.mean(axis=0)))
+        deviation = torch.from_numpy(values.std(axis=0))
+        for name, part in where.items():
+            if name != "root":  # sideways, forward and turn have units of their own
+                deviation[part] = deviation[part].mean()
+        if kind == "input":
+            deviation[POSE] /= POSE_SCALE
+        else:
+            contacts = where["contacts"]
+            network.output_mean[contacts], deviation[contacts] = 0.0, 1.0
+        getattr(network, f"{kind}_std").copy_(deviation.clamp(min=1e-4))
+
+
+def _cached(data_dir: Path, cache: Path) -> Frames:
+    """The folder's frames, kept beside the run so that a resumed one starts at once."""
+    if cache.exists():
+        with np.load(cache) as file:
+            return Frames(**{name: file[name] for name in file.files if name != "names"}, names=file["names"].tolist())
+    frames = load_folder(data_dir)
+    np.savez(cache, **vars(frames))
+    return frames
+
+
+def _save_weights(trainer: Trainer, out_dir: Path, data_dir: Path, minutes: float) -> None:
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, cwd=Path(__file__).parent)
+    save(trainer.average.module.cpu(), out_dir / f"{MODEL}.safetensors", licence=LICENCE, data=data_dir.name,
+         command=f"patchwalk train controller --minutes {minutes:g}", commit=commit.stdout.strip() or "unknown")
+    trainer.average.module.to(trainer.device)
+
+
+def plot_curve(path: Path) -> None:
+    """Draws the CSV's training and held-out losses as a PNG beside it."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    figure, axes = plt.subplots(figsize=(7, 4))
+    for name in rows[0]:
+        if name.endswith(("_loss", "_skeleton")):
+            axes.plot([float(r["minutes"]) for r in rows], [float(r[name]) for r in rows], label=name.replace("_", " "))
+    axes.set(xlabel="minutes", yscale="log", title="controller")
+    axes.legend()
+    figure.savefig(path.with_suffix(".png"), dpi=120)
+    plt.close(figure)

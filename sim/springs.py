@@ -1,0 +1,33 @@
+"""Exact springs by half-life: what is left after the half-life is half of what was, whatever the frame rate."""
+
+import numpy as np
+
+LN2 = float(np.log(2.0))
+
+
+def decay(halflife: float, dt: float) -> float:
+    """The share of a difference that is left after dt seconds, both in seconds."""
+    return float(np.exp(-LN2 * dt / max(halflife, 1e-6)))
+
+
+def _stiffness(halflife: float) -> float:
+    """Rate (1/s) of the critically damped spring that has covered half its way, from rest, after about `halflife` seconds."""
+    return 1.678 / max(halflife, 1e-6)  # the root of (1 + y) exp(-y) = 1/2
+
+
+def spring_step(x, v, target, halflife: float, dt):
+    """Position and velocity of a critically damped spring after dt seconds, exactly; any shapes that broadcast."""
+    y = _stiffness(halflife)
+    j0 = x - target
+    j1 = v + j0 * y
+    e = np.exp(-y * dt)
+    return e * (j0 + j1 * dt) + target, e * (v - j1 * y * dt)
+
+
+def spring_travel(v, a, target, halflife: float, dt):
+    """How far a body travels in dt seconds while its velocity v (acceleration a) springs to a target velocity, exactly."""
+    y = _stiffness(halflife)
+    j0 = v - target
+    j1 = a + j0 * y
+    e = np.exp(-y * dt)
+    return e * (-j1 / y**2 - (j0 + j1 * dt) / y) + j1 / y**2 + j0 / y + target * dt
