@@ -1,0 +1,251 @@
+"""Recorded input: one JSON line for every frame at which the command changes, written as it happens (DESIGN.md, Sec. 4)."""
+
+import json
+import math
+import warnings
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Iterator
+
+from sim.clip import FPS
+from sim.command import GAIT_SPEEDS, Command
+from sim.skeleton import expand_part
+
+HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
+MAX_STRENGTH = 1.5
+MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
+STICK_TOLERANCE = 1e-6  # how far rounding may push a full stick past length 1
+
+
+class Recorder:
+    """Writes commands to a new file, one `write` a frame; use it in a `with` block, or call `close` to end the recording.
+
+    A line goes out at once when something changes, and once a second when nothing does: a line that names only its frame says
+    how long the stretch before it has lasted, so that a crash loses less than a second of input.
+    Raises FileExistsError rather than write over a recording."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self.frames = 0
+        self._file = open(self.path, "x", encoding="ascii")
+        self._last: dict = {}
+        self._silent = 0  # frames since the last line
+        self._line(HEADER)
+
+    def write(self, command: Command) -> None:
+        """Records the command of the next frame."""
+        now = _encode(command)
+        changed = {name: value for name, value in now.items() if self._last.get(name, ...) != value}
+        if "style" in changed:
+            before = self._last.get("style", {})
+            changed["style"] = {part: now["style"].get(part) for part in {**before, **now["style"]}
+                                if before.get(part) != now["style"].get(part)}
+        self._silent += 1
+        if changed or self._silent == FPS:
+            self._line({"frame": self.frames, **changed})
+            self._silent = 0
+        self._last = now
+        self.frames += 1
+
+    def close(self) -> None:
+        """Writes the last line. Nothing can be recorded afterwards."""
+        if not self._file.closed:
+            self._line({"frame": self.frames, "end": True})
+            self._file.close()
+
+    def __enter__(self) -> "Recorder":
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.close()
+
+    def _line(self, content: dict) -> None:
+        self._file.write(json.dumps(content) + "\n")
+        self._file.flush()
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Recorded commands: iterating yields one for each frame; `changes` holds (frame, command from then on), `len` the frames."""
+
+    changes: tuple[tuple[int, Command], ...]
+    frames: int
+
+    def __len__(self) -> int:
+        return self.frames
+
+    def __iter__(self) -> Iterator[Command]:
+        starts = [start for start, _ in self.changes]
+        for (start, command), stop in zip(self.changes, [*starts[1:], self.frames], strict=True):
+            for _ in range(start, stop):
+                yield command
+
+    @property
+    def styles(self) -> tuple[str, ...]:
+        """The names of the styles it asks for, each once, in the order they appear."""
+        return tuple(dict.fromkeys(name for _, command in self.changes for name, _ in command.style.values()))
+
+
+def read(path: str | Path) -> Recording:
+    """Reads a recording. One that was cut short plays up to and with the frame of its last whole line, and a warning says so.
+
+    Raises OSError for a file that cannot be read, ValueError naming the line for anything that is not a recording."""
+    *lines, tail = Path(path).read_bytes().split(b"\n")
+    if _is_whole(tail):
+        lines.append(tail)
+    command, frame, ended = Command(), -1, False
+    changes = {0: command}
+    number = 1
+    try:
+        _check_header(lines[0] if lines else tail)
+        for number, line in enumerate(lines[1:], 2):
+            if not line.strip():
+                continue
+            if ended:
+                raise ValueError("the recording ended on an earlier line; remove what follows")
+            entry = _parse(line)
+            frame, ended = _frame_of(entry, after=frame), _is_end(entry)
+            command = replace(command, **_fields_of(entry, command))
+            if not ended:
+                changes[frame] = command
+    except ValueError as error:
+        raise ValueError(f"{path}, line {number}: {error}") from None
+    frames = frame if ended else frame + 1
+    if frames == 0:
+        raise ValueError(f"{path}: the recording holds no frames")
+    if not ended:
+        warnings.warn(f"{path} was cut short: it plays up to its last whole line, {frames / FPS:.1f} s", stacklevel=2)
+    return Recording(tuple(changes.items()), frames)
+
+
+def _encode(command: Command) -> dict:
+    """A whole command in the format's terms; floats keep every bit (Python writes the shortest text that reads back the same)."""
+    return {"move": [float(v) for v in command.move],
+            "face": None if command.face is None else [float(v) for v in command.face],
+            "gait": command.gait,
+            "style": {part: [name, float(strength)] for part, (name, strength) in command.style.items()}}
+
+
+def _parse(line: bytes) -> dict:
+    """One line as a JSON object."""
+    try:
+        entry = json.loads(line)
+    except (ValueError, RecursionError):
+        raise ValueError("this is not a line of JSON") from None
+    if not isinstance(entry, dict):
+        raise ValueError('a line must be an object such as {"frame": 0, "move": [0.0, 1.0]}')
+    return entry
+
+
+def _is_whole(line: bytes) -> bool:
+    """Whether a last line without its newline is complete all the same: an object cut anywhere is no JSON."""
+    try:
+        _parse(line)
+    except ValueError:
+        return False
+    return True
+
+
+def _check_header(line: bytes) -> None:
+    try:
+        header = _parse(line)
+    except ValueError:
+        header = {}
+    if header.get("format") != HEADER["format"]:
+        raise ValueError(f"this is no recording; one starts with {json.dumps(HEADER)}")
+    for name in ("version", "fps"):
+        if header.get(name) != HEADER[name]:
+            raise ValueError(f"{name} is {_shown(header.get(name))}, but only {HEADER[name]} can be played")
+
+
+def _frame_of(entry: dict, after: int) -> int:
+    """The frame number of a line; the line before it was at frame `after`."""
+    frame = entry.get("frame")
+    if type(frame) is not int or not 0 <= frame <= MAX_FRAMES:
+        raise ValueError(f"frame is {_shown(frame)}, but must be a whole number from 0 to {MAX_FRAMES}")
+    if frame <= after:
+        raise ValueError(f"frame {frame} does not come after frame {after}; frames must increase from line to line")
+    return frame
+
+
+def _is_end(entry: dict) -> bool:
+    if entry.get("end", True) is not True:
+        raise ValueError(f"end is {_shown(entry['end'])}, but can only be true")
+    return "end" in entry
+
+
+def _fields_of(entry: dict, command: Command) -> dict:
+    """The command fields that a line sets, checked, with `style` merged into what `command` already wears."""
+    result = {}
+    for name, value in entry.items():
+        if name in _READERS:
+            result[name] = _READERS[name](value, command)
+        elif name not in ("frame", "end"):
+            near = get_close_matches(name, _READERS, 1)
+            raise ValueError(f"unknown field {_shown(name)}: " + (f"did you mean '{near[0]}'?" if near else f"known are {', '.join(_READERS)}"))
+    return result
+
+
+def _read_move(value, _: Command) -> tuple[float, float]:
+    move = _pair("move", value)
+    if math.hypot(*move) > 1 + STICK_TOLERANCE:
+        raise ValueError(f"move is {_shown(value)}, longer than 1, the full stick; scale it down")
+    return move
+
+
+def _read_face(value, _: Command) -> tuple[float, float] | None:
+    if value is None:
+        return None
+    face = _pair("face", value)
+    if math.hypot(*face) < STICK_TOLERANCE:
+        raise ValueError("face is [0, 0], which is no direction; use null to face where it goes")
+    return face
+
+
+def _read_gait(value, _: Command) -> str:
+    if not isinstance(value, str) or value not in GAIT_SPEEDS:
+        raise ValueError(f"gait is {_shown(value)}, but must be one of {', '.join(GAIT_SPEEDS)}")
+    return value
+
+
+def _read_style(value, command: Command) -> dict[str, tuple[str, float]]:
+    """Only the parts that change; null returns a part to its own style. A group such as `arms` stands for its parts."""
+    if not isinstance(value, dict):
+        raise ValueError(f'style is {_shown(value)}, but must look like {{"left_arm": ["old", 1.0], "spine": null}}')
+    style = dict(command.style)
+    for target, wanted in value.items():
+        for part in expand_part(target):
+            style.pop(part, None)
+            if wanted is not None:
+                style[part] = _style_of(target, wanted)
+    return style
+
+
+def _style_of(target: str, wanted) -> tuple[str, float]:
+    if not (isinstance(wanted, list) and len(wanted) == 2 and isinstance(wanted[0], str) and _is_number(wanted[1])):
+        raise ValueError(f'the style of {target} is {_shown(wanted)}, but must be ["NAME", STRENGTH] or null')
+    if not 0 <= wanted[1] <= MAX_STRENGTH:
+        raise ValueError(f"the strength of {target} is {wanted[1]}, but must lie in 0 .. {MAX_STRENGTH}")
+    return wanted[0], float(wanted[1])
+
+
+_READERS = {"move": _read_move, "face": _read_face, "gait": _read_gait, "style": _read_style}
+
+
+def _pair(name: str, value) -> tuple[float, float]:
+    """A list of two finite numbers."""
+    if not (isinstance(value, list) and len(value) == 2 and all(map(_is_number, value))):
+        raise ValueError(f"{name} is {_shown(value)}, but must be two numbers [x, z]")
+    return float(value[0]), float(value[1])
+
+
+def _is_number(value) -> bool:
+    """A finite number; JSON as Python reads it also knows NaN and Infinity."""
+    return type(value) in (int, float) and abs(value) < 1e9
+
+
+def _shown(value) -> str:
+    """A value as JSON, cut to a length that fits in a sentence."""
+    text = json.dumps(value)
+    return text if len(text) <= 40 else text[:37] + "..."

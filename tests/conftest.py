@@ -1,0 +1,51 @@
+"""Stand-ins for the two trained models, so that the line around them is tested without weights."""
+
+import numpy as np
+import pytest
+
+from sim import rotations as rot
+from sim.clip import FPS
+from sim.pose import Pose
+from sim.session import Session
+from sim.skeleton import JOINT_COUNT, PARTS, REST_HIPS_HEIGHT
+
+
+class FakeController:
+    """Slides in the rest pose as fast as the stick asks, facing where it goes."""
+
+    def __init__(self) -> None:
+        self.position, self.facing, self.frame = np.zeros(3), 0.0, 0
+
+    def step(self, command) -> Pose:
+        x, z = command.desired_velocity
+        self.position = self.position + np.array([x, 0.0, z]) / FPS
+        if command.face or any(command.move):
+            self.facing = float(rot.yaw_of(np.array(command.face or command.move)))
+        self.frame += 1
+        return Pose(self.position, self.facing, self.position + np.array([0.0, REST_HIPS_HEIGHT, 0.0]),
+                    np.tile(rot.from_yaw(self.facing), (JOINT_COUNT, 1)), np.ones(4), self.frame % FPS * 2 * np.pi / FPS)
+
+
+class FakeStylizer:
+    """Turns every joint of a restyled part by half its strength in radians."""
+
+    styles = ("old", "proud")
+
+    def step(self, window, neutral, style) -> Pose:
+        rotations = neutral.rotations.copy()
+        for part, (_, strength) in style.items():
+            turn = rot.from_axis_angle(np.array([1.0, 0.0, 0.0]), strength / 2)
+            rotations[list(PARTS[part])] = rot.multiply(rotations[list(PARTS[part])], turn)
+        return neutral.with_body(neutral.hips, rotations)
+
+
+def fake_session(stylizer=None, latency=None) -> Session:
+    """In place of demo.assemble.build_session."""
+    return Session(FakeController(), FakeStylizer(), latency)
+
+
+@pytest.fixture
+def fake_models(monkeypatch):
+    """Every session that the demo builds is made of stand-ins."""
+    from demo import assemble
+    monkeypatch.setattr(assemble, "build_session", fake_session)

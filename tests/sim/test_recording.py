@@ -1,0 +1,160 @@
+"""Recorded input: the contract's example, the round trip, what a crash leaves, and a sentence for every kind of bad file."""
+
+import json
+
+import numpy as np
+import pytest
+
+from sim.command import Command
+from sim.recording import HEADER, Recorder, read
+
+EXAMPLE = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
+{"frame": 0, "move": [0.0, 1.0], "face": null, "gait": "walk", "style": {}}
+{"frame": 180, "style": {"left_arm": ["old", 1.0], "right_arm": ["old", 1.0]}}
+{"frame": 300, "move": [1.0, 0.0], "face": [0.0, 1.0], "gait": "run"}
+{"frame": 600, "end": true}
+"""
+COMMANDS = [Command((0.1 + 0.2, -1 / 3), (1e-3, 0.9), "run", {"spine": ("old", 1 / 7)})] * 3 \
+    + [Command()] * 200 + [Command(style={"left_arm": ("proud", 1.5)})] * 2 + [Command(style={"left_arm": ("proud", 0.0)})]
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(text: str):
+        path = tmp_path / "input.jsonl"
+        path.write_bytes(text.encode())
+        return path
+    return write
+
+
+def lines(*entries) -> str:
+    return "".join(json.dumps(entry) + "\n" for entry in (HEADER, *entries))
+
+
+def test_contract_example(write):
+    commands = list(read(write(EXAMPLE)))
+    arms = {"left_arm": ("old", 1.0), "right_arm": ("old", 1.0)}
+    assert commands == [Command((0.0, 1.0))] * 180 + [Command((0.0, 1.0), style=arms)] * 120 \
+        + [Command((1.0, 0.0), (0.0, 1.0), "run", arms)] * 300
+    assert read(write(EXAMPLE)).styles == ("old",)
+
+
+def test_round_trip_is_exact(tmp_path):
+    with Recorder(tmp_path / "r.jsonl") as recorder:
+        for command in COMMANDS:
+            recorder.write(command)
+    recording = read(tmp_path / "r.jsonl")
+    assert len(recording) == len(COMMANDS) and list(recording) == COMMANDS
+
+
+def test_random_sticks_round_trip(tmp_path):
+    random = np.random.default_rng(3)
+    commands = [Command(tuple(random.uniform(-0.7, 0.7, 2)), gait=str(random.choice(["walk", "run"]))) for _ in range(300)]
+    with Recorder(tmp_path / "r.jsonl") as recorder:
+        for command in commands:
+            recorder.write(command)
+    assert list(read(tmp_path / "r.jsonl")) == commands
+
+
+def test_only_changes_are_written(tmp_path):
+    with Recorder(tmp_path / "r.jsonl") as recorder:
+        for command in [Command((0.0, 1.0))] * 10 + [Command((0.0, 1.0), gait="run", style={"spine": ("old", 1.0)})] * 10:
+            recorder.write(command)
+    written = [json.loads(line) for line in (tmp_path / "r.jsonl").read_text().splitlines()]
+    assert written[2:] == [{"frame": 10, "gait": "run", "style": {"spine": ["old", 1.0]}}, {"frame": 20, "end": True}]
+
+
+def test_a_crash_loses_less_than_a_second(tmp_path):
+    for survived in (1, 59, 60, 61, 500):
+        recorder = Recorder(tmp_path / f"{survived}.jsonl")
+        for _ in range(survived):
+            recorder.write(Command((0.0, 1.0)))
+        with pytest.warns(UserWarning, match="cut short"):
+            recording = read(recorder.path)
+        assert survived - 60 < len(recording) <= survived
+        recorder.close()
+        assert len(read(recorder.path)) == survived
+
+
+def test_recorder_keeps_an_existing_recording(write):
+    path = write(EXAMPLE)
+    with pytest.raises(FileExistsError):
+        Recorder(path)
+    assert path.read_text() == EXAMPLE
+
+
+def test_every_cut_plays_up_to_the_last_whole_line(write):
+    whole = list(read(write(EXAMPLE)))
+    first_frame_line = EXAMPLE.index("\n", EXAMPLE.index('"style": {}'))
+    for cut in range(first_frame_line, len(EXAMPLE) - 2):
+        with pytest.warns(UserWarning, match="cut short"):
+            frames = list(read(write(EXAMPLE[:cut])))
+        assert frames == whole[:len(frames)] and len(frames) == 1 + max(
+            start for start, end in ((0, '"style": {}}'), (180, '["old", 1.0]}}'), (300, '"run"}')) if end in EXAMPLE[:cut])
+
+
+def test_tolerates_what_other_programs_write(write):
+    assert len(read(write(EXAMPLE.replace("\n", "\r\n\r\n")))) == 600
+    assert len(read(write(EXAMPLE.rstrip()))) == 600  # no newline after the last line
+    assert len(read(write("\ufeff" + EXAMPLE))) == 600
+    late = read(write(lines({"frame": 5, "move": [0, 1]}, {"frame": 7, "end": True})))
+    assert list(late) == [Command()] * 5 + [Command((0.0, 1.0))] * 2
+    diagonal = list(read(write(lines({"frame": 0, "move": [0.7071068, 0.7071068]}, {"frame": 1, "end": True}))))
+    assert np.hypot(*diagonal[0].move) == pytest.approx(1, abs=1e-6)
+
+
+def test_groups_and_null(write):
+    commands = list(read(write(lines({"frame": 0, "style": {"all": ["old", 1]}}, {"frame": 1, "style": {"legs": None, "spine": ["proud", 0.5]}},
+                                     {"frame": 2, "end": True}))))
+    assert set(commands[0].style) == {"left_leg", "right_leg", "spine", "left_arm", "right_arm"}
+    assert commands[1].style == {"left_arm": ("old", 1.0), "right_arm": ("old", 1.0), "spine": ("proud", 0.5)}
+
+
+START = {"frame": 0}
+
+
+@pytest.mark.parametrize("text, number, said", [
+    ("", 1, "no recording"),
+    ("{}", 1, "no recording"),
+    ("\x89PNG\r\n\x1a\n\0\0", 1, "no recording"),
+    (lines().replace('"version": 1', '"version": 2'), 1, "version is 2"),
+    (lines().replace("60", "30"), 1, "fps is 30"),
+    (lines(START) + "nonsense\n" + lines(START), 3, "not a line of JSON"),
+    (lines(START) + "[" * 100_000 + "\n", 3, "not a line of JSON"),
+    (lines(START, [1, 2]), 3, "object"),
+    (lines(START, {"move": [0, 1]}), 3, "frame is null"),
+    (lines({"frame": True}), 2, "frame is true"),
+    (lines({"frame": 1.5}), 2, "frame is 1.5"),
+    (lines({"frame": -1}), 2, "frame is -1"),
+    (lines({"frame": 10**12}), 2, "frame is 1000000000000"),
+    (lines({"frame": 5}, {"frame": 5}), 3, "does not come after"),
+    (lines({"frame": 5}, {"frame": 4, "end": True}), 3, "does not come after"),
+    (lines(START, {"frame": 1, "end": True}, {"frame": 2}), 4, "ended on an earlier line"),
+    (lines({"frame": 0, "end": False}), 2, "end is false"),
+    (lines({"frame": 0, "mvoe": [0, 1]}), 2, "did you mean 'move'"),
+    (lines({"frame": 0, "move": [0.8, 0.8]}), 2, "longer than 1"),
+    (lines({"frame": 0, "move": [1]}), 2, "two numbers"),
+    (lines({"frame": 0, "move": [float("nan"), 0]}), 2, "two numbers"),
+    (lines({"frame": 0, "move": [float("inf"), 0]}), 2, "two numbers"),
+    (lines({"frame": 0, "move": [10**400, 0]}), 2, "two numbers"),
+    (lines({"frame": 0, "move": ["0", True]}), 2, "two numbers"),
+    (lines({"frame": 0, "face": [0, 0]}), 2, "no direction"),
+    (lines({"frame": 0, "gait": "gallop"}), 2, "walk, run"),
+    (lines({"frame": 0, "gait": ["walk"]}), 2, "walk, run"),
+    (lines({"frame": 0, "style": ["old"]}), 2, "style is"),
+    (lines({"frame": 0, "style": {"tail": ["old", 1]}}), 2, "unknown body part 'tail'"),
+    (lines({"frame": 0, "style": {"spine": "old"}}), 2, "the style of spine"),
+    (lines({"frame": 0, "style": {"spine": ["old", 1.6]}}), 2, "0 .. 1.5"),
+    (lines({"frame": 0, "style": {"spine": ["old", -0.1]}}), 2, "0 .. 1.5"),
+    (lines({"frame": 0, "style": {"spine": ["old", float("nan")]}}), 2, "the style of spine"),
+])
+def test_bad_recordings(write, text, number, said):
+    with pytest.raises(ValueError, match=f"line {number}: ") as error:
+        read(write(text))
+    assert said in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("text", [lines(), lines({"frame": 0, "end": True})])
+def test_no_frames(write, text):
+    with pytest.raises(ValueError, match="no frames"):
+        read(write(text))
