@@ -15,6 +15,7 @@ from sim import rotations as rot
 from sim.clip import FPS, Clip, root_frame
 from sim.contacts import foot_contacts
 from sim.retarget import load_clip
+from sim.skeleton import CONTACT_JOINTS
 
 # Clips that a neutral walker should not learn from: not locomotion, or walks in a style of their own. Matched against the path.
 NOT_NEUTRAL = re.compile(
@@ -22,6 +23,7 @@ NOT_NEUTRAL = re.compile(
     r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR")
 HELD_OUT_SHARE = 0.1
 MINIMUM_SECONDS = 0.7
+PLANTED_TOE = (-0.015, 0.06)  # metres: where a planted toe's mean height must lie, or the clip's feet cannot be trusted
 
 
 @dataclass
@@ -108,7 +110,16 @@ def _load(path: Path) -> list[tuple[str, tuple]] | str:
         return str(error)
     if len(clip) < MINIMUM_SECONDS * FPS:
         return f"{path.name}: shorter than {MINIMUM_SECONDS} s"
+    if not feet_can_be_trusted(clip):
+        return f"{path.name}: its planted feet are not level with the floor"
     return [(path.stem, frames_of(c)) for c in (clip, clip.mirrored())]
+
+
+def feet_can_be_trusted(clip: Clip) -> bool:
+    """Whether each foot, while planted, has its toe on the floor: some captures have a broken foot or two floors."""
+    toes, contacts = clip.positions()[:, CONTACT_JOINTS[1::2], 1], foot_contacts(clip).reshape(-1, 2, 2).max(axis=2) > 0
+    means = [toes[contacts[:, foot], foot].mean() for foot in (0, 1) if contacts[:, foot].any()]
+    return all(PLANTED_TOE[0] < mean < PLANTED_TOE[1] for mean in means)
 
 
 def load_folder(folder: Path, workers: int = 2) -> Frames:

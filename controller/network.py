@@ -6,7 +6,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F
 
-from controller.layout import INPUT_SIZE, OUTPUT_SIZE
+from controller.layout import INPUT_SIZE, OUTPUT_SIZE, POSE_SIZE
 
 CONTROL_POINTS = 4
 
@@ -56,6 +56,7 @@ class PhaseFunctionedNetwork(nn.Module):
         for name, size in (("input", INPUT_SIZE), ("output", OUTPUT_SIZE)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_std", torch.ones(size))
+        self.register_buffer("standing", torch.zeros(POSE_SIZE))  # a pose to start from
 
     def forward(self, x: torch.Tensor, phase: torch.Tensor) -> torch.Tensor:
         """x (batch, INPUT_SIZE), phase (batch,) radians -> (batch, OUTPUT_SIZE), all in natural units."""

@@ -1,0 +1,65 @@
+"""The controller at run time: one frame from the player's command to a neutral pose."""
+
+import numpy as np
+import torch
+
+from controller import weights
+from controller.layout import INPUT, INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE
+from controller.network import PhaseFunctionedNetwork
+from controller.trajectory import Trajectory
+from sim import rotations as rot
+from sim.command import Command
+from sim.pose import Pose
+
+SETTLE_FRAMES = 60  # frames of standing before the first one shown, so that the character starts alive and at ease
+
+
+class PhaseFunctionedController:
+    """Neutral motion from commands, one 60 Hz frame a call (Holden et al. 2017)."""
+
+    def __init__(self, network: PhaseFunctionedNetwork) -> None:
+        self.network = network
+        self.trajectory = Trajectory()
+        self.phase = 0.0
+        standing = network.standing.numpy().astype(float)
+        self.body = {name: standing[where.start - POSE.start:where.stop - POSE.start].reshape(INPUT[name])
+                     for name, where in INPUT_SLICES.items() if where.start >= POSE.start}
+        for _ in range(SETTLE_FRAMES):
+            self.step(Command())
+        self.trajectory = Trajectory()
+
+    @classmethod
+    def from_pretrained(cls, name: str = weights.MODEL) -> "PhaseFunctionedController":
+        """The shipped controller. Raises ValueError where its weights are missing or do not fit."""
+        return cls(weights.load(name))
+
+    def step(self, command: Command) -> Pose:
+        """The next neutral pose: wish, network, then root and phase follow the answer."""
+        answer = self._ask(self.trajectory.samples(command))
+        self.trajectory.follow(answer["root"], answer["future_positions"], answer["future_directions"])
+        self.phase = float((self.phase + max(answer["phase"][0], 0.0)) % (2 * np.pi))
+        self.body = answer
+        return self._pose(answer)
+
+    def _ask(self, samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The network's answer by name, from the trajectory's samples and the body of the last frame."""
+        x = np.empty((1, INPUT_SIZE), np.float32)
+        for name, where in INPUT_SLICES.items():
+            x[0, where] = (samples if name in samples else self.body)[name].ravel()
+        with torch.inference_mode():
+            y = self.network(torch.from_numpy(x), torch.tensor([self.phase]))[0].numpy().astype(float)
+        return {name: y[where].reshape(OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
+
+    def _pose(self, answer: dict[str, np.ndarray]) -> Pose:
+        """The answer, given in the root frame, placed in the world."""
+        x, z = self.trajectory.position
+        root = np.array([x, 0.0, z])
+        to_world = rot.from_yaw(self.trajectory.facing)
+        return Pose(
+            root_position=root,
+            root_facing=float(rot.wrap_angle(self.trajectory.facing)),
+            hips=root + rot.rotate(to_world, answer["positions"][0]),
+            rotations=rot.multiply(to_world, rot.from_6d(answer["rotations"])),
+            contacts=1 / (1 + np.exp(-answer["contacts"])),
+            phase=self.phase,
+        )
