@@ -24,6 +24,8 @@ from sim.skeleton import BONE_OFFSETS, INDEX, JOINT_COUNT, JOINTS, PARENTS
 LEFT, UP, FORWARD = np.eye(3)
 SNAP = np.cos(np.radians(35.0))  # a direction this near to a local axis was meant to be that axis
 SAMPLES = 400  # frames from which a skeleton's constants are measured
+LEAST_BEND, LEAST_ROLL = 0.1, np.radians(10.0)  # a limb straighter on average shows no hinge; a smaller roll is posture
+HEAD_LEANS, HEAD_TILT = np.radians((30.0, 30.0))  # no clip of the other archives leans over 16 degrees on average
 PLANTED_SPEED = 0.25  # leg lengths a second: a foot and toe slower than this may carry the body
 PLANTED_HEIGHT = 0.06  # leg lengths above the lowest they come
 ENOUGH_PLANTED = 8  # frames
@@ -124,18 +126,22 @@ class Body:
         return constants
 
     def _roll_to_hinge(self, constants: dict, upper: str, lower: str, end: str, hinge: np.ndarray) -> None:
-        """Rolls a limb whose pure hinge is off ours: CMU's rest pose has its elbows bend 30 degrees off the horizontal.
+        """Rolls a limb so that it bends about our hinge: CMU's elbows, for one, bend 30 degrees off the horizontal at rest.
 
-        Only where both bones see the hinge at the same, large angle: elsewhere the two differ by a twist that is motion."""
-        bend, rolls = self._bend(upper, lower, end), []
+        The upper bone is defined by its hinge. The lower one follows only if it sees the hinge at the same angle (a pure
+        hinge); else what differs is pronation, which is motion."""
+        bend = self._bend(upper, lower, end)
+        seen = {}
         for start, stop in ((upper, lower), (lower, end)):
-            seen = rot.rotate(rot.inverse(constants[start]), self.in_frame(start, bend))
+            axis = rot.rotate(rot.inverse(constants[start]), self.in_frame(start, bend))
             bone = rot.normalize(BONE_OFFSETS[INDEX[stop]])
-            rolls.append(np.arctan2(rot.cross(hinge, seen) @ bone, hinge @ seen))
-        if np.linalg.norm(seen) > 0.2 and abs(rolls[0] - rolls[1]) < np.radians(8) and min(map(abs, rolls)) > np.radians(10):
-            turn = rot.from_axis_angle(bone, np.mean(rolls))
-            for name in (upper, lower) + ((end,) if end.endswith("Hand") else ()):
-                constants[name] = rot.multiply(constants[name], turn)
+            seen[start] = np.arctan2(rot.cross(hinge, axis) @ bone, hinge @ axis)
+        if np.linalg.norm(axis) < LEAST_BEND or abs(seen[upper]) < LEAST_ROLL:
+            return
+        follows = abs(rot.wrap_angle(seen[upper] - seen[lower])) < LEAST_ROLL
+        hand = (end,) if end.endswith("Hand") else ()
+        for name in (upper, lower, *hand) if follows else (upper,):
+            constants[name] = rot.multiply(constants[name], rot.from_axis_angle(bone, seen[upper]))
 
     def _bend(self, upper: str, lower: str, end: str) -> np.ndarray:
         """(F, 3) the world axis about which a limb is bent, as long as the sine of the bend."""
@@ -223,9 +229,13 @@ class Body:
         torso = [name for name in ("Hips", "Spine", "Chest", "Neck", "Head") if name in self.index]
         for name, above in zip(torso, torso[1:] + [None]):
             left = self.in_frame(name, hips_left if name in ("Hips", "Spine") else chest_left)
-            if above:
+            if name == "Hips":  # the whole trunk, since what joins hips and spine leans as the rig's maker liked
+                up = _nearest_axis(self.in_frame(name, self.at("Neck" if "Neck" in torso else "Head") - self.between_hips()))
+            elif above:
                 up = _nearest_axis(self.bone(name, above))
             constants[name] = align(UP, LEFT, up, _nearest_axis(left))
+        if "Neck" in torso:
+            self._raise_head(constants)
 
         hips_left = rot.rotate(rot.multiply(self.rotations[:, self.index["Hips"]], constants["Hips"]), LEFT)
         chest = rot.multiply(self.rotations[:, self.index["Chest"]], constants["Chest"])
@@ -255,6 +265,13 @@ class Body:
                     ahead = forward if forward is not None else -self.in_frame(name, shin_left)
                     constants[name] = align(LEFT, ours, left, ahead)
         return constants
+
+    def _raise_head(self, constants: dict) -> None:
+        """Tilts a head back whose axis leans farther from the neck than a posture explains (CMU 69's, from skull markers)."""
+        turns = {name: rot.multiply(self.rotations[self.sample, self.index[name]], constants[name]) for name in ("Neck", "Head")}
+        up = rot.rotate(rot.inverse(turns["Neck"]), rot.rotate(turns["Head"], UP)).mean(axis=0)
+        if np.arctan2(up[2], up[1]) > HEAD_LEANS:
+            constants["Head"] = rot.multiply(constants["Head"], rot.from_axis_angle(LEFT, -HEAD_TILT))
 
 
 def align(our_first: np.ndarray, our_second: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
