@@ -61,6 +61,20 @@ def from_axis_angle(axis: np.ndarray, angle) -> np.ndarray:
     return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
 
 
+def from_rotation_vector(vector: np.ndarray) -> np.ndarray:
+    """Rotations (..., 4) from axis times angle in radians (..., 3); the zero vector is the identity exactly."""
+    half = np.linalg.norm(vector, axis=-1, keepdims=True) / 2
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vector], axis=-1)
+
+
+def to_rotation_vector(q: np.ndarray) -> np.ndarray:
+    """Axis times angle (..., 3), the angle at most half a turn, of unit quaternions (..., 4)."""
+    q = np.where(q[..., :1] < 0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(sine, q[..., :1])
+    return q[..., 1:] * np.where(sine < 1e-8, 2.0, angle / np.maximum(sine, 1e-8))
+
+
 def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The shortest rotation that turns direction a (..., 3) onto direction b (..., 3).
 
