@@ -82,7 +82,8 @@ def read(path) -> Motion:
             column += 1
     rotations = rot.IDENTITY
     for slot in range(3):  # file order is intrinsic: each rotation acts inside the one before
-        turn = rot.from_axis_angle(np.broadcast_to(np.eye(3)[axes[:, slot]], positions.shape), np.radians(angles[..., slot]))
+        axis = np.broadcast_to(np.eye(3)[axes[:, slot]], positions.shape)
+        turn = rot.from_axis_angle(axis, np.radians(angles[..., slot]))
         rotations = rot.multiply(rotations, turn)
     return Motion(names, parents, offsets, end_sites, channels, fps, positions, rotations)
 
@@ -127,7 +128,8 @@ def _read_hierarchy(path: Path, lines: list[str]):
                         offsets[newest] = offset
                 case "CHANNELS":
                     parsed = tuple(word[:1].upper() + word[1:].lower() for word in words[1:])
-                    if newest < 0 or words[:1] != [str(len(parsed))] or not all(c in POSITION_ORDER + ROTATION_ORDER for c in parsed):
+                    known = all(channel in POSITION_ORDER + ROTATION_ORDER for channel in parsed)
+                    if newest < 0 or words[:1] != [str(len(parsed))] or not known:
                         fail(number, "CHANNELS needs its count and that many of Xposition ... Zrotation")
                     if sum(c in ROTATION_ORDER for c in parsed) > 3:
                         fail(number, "a joint may have at most three rotation channels")
@@ -163,9 +165,10 @@ def _read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[
 
     rows = [(number, line) for number, line in enumerate(lines[first:], first + 1) if line.strip()]
     counts = np.array([len(line.split()) for _, line in rows], int)
-    if counts.sum() % width or (len(rows) != declared and (counts != width).any()):
-        odd = np.flatnonzero(counts != width)
-        if odd[0] != len(rows) - 1:
+    odd = np.flatnonzero(counts != width)
+    wrapped = len(rows) != declared and counts.sum() == (declared or 0) * width  # frames broken over several lines
+    if len(odd) and not wrapped:
+        if odd[0] < len(rows) - 1 or counts[-1] > width:
             raise ValueError(f"{path}, line {rows[odd[0]][0]}: {counts[odd[0]]} numbers where each frame has {width}")
         warnings.warn(f"{path}: the last frame is cut short and was left out", stacklevel=3)
         rows = rows[:-1]
@@ -247,7 +250,8 @@ def _frame_lines(motion: Motion) -> list[str]:
     for joint, channels in enumerate(motion.channels):
         order = "".join(channel[0] for channel in channels if channel in ROTATION_ORDER)
         if len(order) not in (0, 3):
-            raise ValueError(f"cannot write joint '{motion.names[joint]}': it has {len(order)} rotation channels, not three or none")
+            raise ValueError(f"joint '{motion.names[joint]}' cannot be written: it has {len(order)} rotation channels, "
+                             "not three or none")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # gimbal lock: scipy warns, the angles it gives are right
             angles = np.unwrap(rot.to_euler(order, motion.rotations[:, joint]), axis=0, period=360.0) if order else None

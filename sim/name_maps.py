@@ -59,8 +59,8 @@ def detect(names: list[str]) -> dict[str, str]:
     best = max((_match(plain, *family) for family in _FAMILIES.values()), key=len)
     missing = [joint for joint in JOINTS if joint not in best and joint not in OPTIONAL]
     if missing:
-        raise ValueError(f"this skeleton is not known: no joint found for {', '.join(missing)} among "
-                         f"{', '.join(names[:40])}; say which is which in a JSON file {{\"Hips\": \"their name\", ...}} given with --map FILE")
+        raise ValueError(f"this skeleton is not known: no joint found for {', '.join(missing)}; say which is which in a "
+                         f'JSON file {{"Hips": "their name", ...}} given with --map FILE; it has {", ".join(names)}')
     return best
 
 
@@ -74,7 +74,8 @@ def load(path) -> dict[str, str]:
         raise ValueError(f"{path} must hold one JSON object of names, {{\"Hips\": \"their name\", ...}}")
     unknown = [ours for ours in name_map if ours not in INDEX]
     if unknown:
-        raise ValueError(f"{path} maps joints that Patchwalk does not have: {', '.join(unknown)}; it has {', '.join(JOINTS)}")
+        raise ValueError(f"{path} maps joints that Patchwalk does not have, {', '.join(unknown)}: "
+                         f"use {', '.join(JOINTS)}")
     missing = [joint for joint in JOINTS if joint not in name_map and joint not in OPTIONAL]
     if missing:
         raise ValueError(f"{path} leaves out {', '.join(missing)}, which cannot be done without")
@@ -90,7 +91,7 @@ def _match(plain: dict[str, str], sides: tuple[str, str], table: dict[str, str])
     """The part of one family's table that is found among the plain names; no joint is used twice."""
     found = {}
     for ours, candidates in table.items():
-        for our_side, their_side in zip(("Left", "Right"), sides) if "#" in ours else (("", ""),):
+        for our_side, their_side in zip(("Left", "Right"), sides, strict=True) if "#" in ours else (("", ""),):
             for candidate in candidates.replace("#", their_side).split():
                 if candidate in plain and plain[candidate] not in found.values():
                     found[ours.replace("#", our_side)] = plain[candidate]

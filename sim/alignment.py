@@ -1,0 +1,206 @@
+"""Where our T-pose axes (x left, y up, z forward) lie in each joint of another skeleton: the constants of retargeting.
+
+Two kinds of skeleton are told apart:
+- those whose zero pose stands upright (ACCAD's woman, CMU 16, SNU, 100STYLE, Mixamo ...): our axes are the zero pose's
+  own, leaned only so that limb bones coincide;
+- those whose local axes follow the bones, with no pose to speak of at zero (Bandai-Namco, CMU 69, LaFAN1 ...): our axes are
+  found from the bones and from left and right. Their axes were meant, so a direction close to one is taken to be it.
+For both, the motion then says the rest: which way knees and elbows bend, and how the soles lie when they are planted."""
+
+import numpy as np
+
+from sim import rotations as rot
+from sim.skeleton import BONE_OFFSETS, INDEX, JOINT_COUNT, JOINTS, PARENTS
+from sim.source_body import ENOUGH_PLANTED, SIDES, SourceBody
+
+LEFT, UP, FORWARD = np.eye(3)
+SNAP = np.cos(np.radians(35.0))  # a direction this near to a local axis was meant to be that axis
+TORSO = ("Hips", "Spine", "Chest", "Neck", "Head")
+# Upper joint, lower joint, end, and the hinge: the axis about which the lower bone turns as the limb bends, in our T-pose.
+LIMBS = [(side + "UpLeg", side + "Leg", side + "Foot", LEFT) for side in SIDES] + [
+    ("LeftArm", "LeftForeArm", "LeftHand", -UP), ("RightArm", "RightForeArm", "RightHand", UP)]
+
+LEAST_BEND, LEAST_ROLL = 0.1, np.radians(10.0)  # a limb straighter on average shows no hinge; a smaller roll is posture
+# How far a sole may be pitched (skeletons without, with an upright zero pose) or rolled from where the skeleton says it is;
+# farther is a body on tiptoe, or lying.
+MOST_PITCH, MOST_REST_PITCH, MOST_ROLL = np.radians((50.0, 30.0, 20.0))
+# A head that leans farther from the neck than this, on average over a clip, has a tilted axis, and is raised by so much.
+# Only CMU 69's does, by 37 degrees and more; no clip of the other archives leans by more than 16.
+HEAD_LEANS, HEAD_TILT = np.radians((30.0, 30.0))
+
+
+def alignment(body: SourceBody) -> dict[str, np.ndarray]:
+    """Our joint -> our T-pose axes in the source joint's local frame, quaternions (4,), for the joints the source has."""
+    axes = _rest_axes(body)
+    if axes is not None and _rests_as_we_do(body):
+        return {name: rot.IDENTITY for name in body.index}
+    constants = _from_bones(body) if axes is None else _from_rest(body, axes)
+    for limb in LIMBS:
+        _roll_to_hinge(body, constants, *limb)
+    for end in ("Foot", "Toe"):
+        if body.has("Left" + end, "Right" + end):
+            _flatten_soles(body, constants, end, MOST_PITCH if axes is None else MOST_REST_PITCH)
+    return constants
+
+
+def align(our_first: np.ndarray, our_second: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The rotation (4,) that takes our_first exactly to the direction `first` and our_second as near as can be to `second`."""
+    turn = rot.between(our_first, first)
+    axis = rot.normalize(first)
+    now, wanted = (v - axis * (v @ axis) for v in (rot.rotate(turn, our_second), second))
+    angle = np.arctan2(rot.cross(now, wanted) @ axis, now @ wanted)
+    return rot.multiply(rot.from_axis_angle(axis, angle), turn)
+
+
+def _nearest_axis(direction: np.ndarray) -> np.ndarray:
+    """The local axis (3,) that a direction comes within SNAP of, else the direction itself, at unit length."""
+    direction = rot.normalize(direction)
+    largest = np.abs(direction).argmax()
+    return np.eye(3)[largest] * np.sign(direction[largest]) if abs(direction[largest]) > SNAP else direction
+
+
+# ---- skeletons with an upright zero pose ----
+
+
+def _rest_axes(body: SourceBody) -> np.ndarray | None:
+    """Our axes (4,) in the zero pose; None if that does not stand upright with its legs down and its arms out or down."""
+    rest = body.rest
+    left, up = _nearest_axis(rest["LeftUpLeg"] - rest["RightUpLeg"]), _nearest_axis(rest["Head"] - rest["Hips"])
+    if abs(left @ up) > 1e-6:
+        return None
+    for side, outward in zip(SIDES, (left, -left), strict=True):
+        leg, arm = rest[side + "Foot"] - rest[side + "UpLeg"], rest[side + "Hand"] - rest[side + "Arm"]
+        if rot.normalize(leg) @ -up < 0.75 or rot.normalize(arm) @ (outward - up) < 0.6:
+            return None
+    return align(LEFT, UP, left, up)
+
+
+def _rests_as_we_do(body: SourceBody) -> bool:
+    """True for our own skeleton, in files that Patchwalk wrote: nothing is measured, the motion comes back unchanged."""
+    if len(body.index) < JOINT_COUNT:
+        return False
+    theirs = np.array([body.rest[name] - body.rest[JOINTS[PARENTS[INDEX[name]]]] for name in JOINTS[1:]])
+    scale = np.linalg.norm(BONE_OFFSETS[1:]) / max(np.linalg.norm(theirs), 1e-9)
+    return bool(np.abs(theirs * scale - BONE_OFFSETS[1:]).max() < 1e-3)
+
+
+def _from_rest(body: SourceBody, axes: np.ndarray) -> dict[str, np.ndarray]:
+    """Torso and clavicles stand as ours do; limbs lean onto their bones."""
+    constants = {name: axes for name in body.index}
+    for upper, lower, end, _ in LIMBS:
+        for start, stop in ((upper, lower), (lower, end)):
+            ours, theirs = rot.rotate(axes, BONE_OFFSETS[INDEX[stop]]), body.rest[stop] - body.rest[start]
+            constants[start] = rot.multiply(rot.between(ours, theirs), axes)
+        constants[end] = constants[lower]  # a hand goes on straight where the forearm ends
+    forward = rot.rotate(axes, FORWARD)
+    for side in SIDES:  # soles: flat in the zero pose, but square to a shin that leans outwards, as CMU's do
+        shin = body.rest[side + "Leg"] - body.rest[side + "Foot"]
+        toes = body.rest[side + "Toe"] - body.rest[side + "Foot"] if body.has(side + "Toe") else forward
+        constants[side + "Foot"] = align(UP, FORWARD, shin - forward * (shin @ forward), toes)
+        if body.has(side + "Toe"):
+            constants[side + "Toe"] = constants[side + "Foot"]
+    return constants
+
+
+# ---- skeletons whose local axes follow the bones ----
+
+
+def _from_bones(body: SourceBody) -> dict[str, np.ndarray]:
+    """Each joint from the direction of its bone and, across it, from left and right or the hinge of its limb."""
+    constants = _torso_from_bones(body)
+    chest = rot.multiply(body.rotations[:, body.index["Chest"]], constants["Chest"])
+    hips = rot.multiply(body.rotations[:, body.index["Hips"]], constants["Hips"])
+    chest_up, chest_forward, hips_left = rot.rotate(chest, UP), rot.rotate(chest, FORWARD), rot.rotate(hips, LEFT)
+
+    for side, outward in zip(SIDES, (LEFT, -LEFT), strict=True):
+        shoulder = side + "Shoulder"
+        if body.has(shoulder):
+            up = _nearest_axis(body.seen_from(shoulder, chest_up))
+            constants[shoulder] = align(outward, UP, body.bone(shoulder, side + "Arm"), up)
+
+    for upper, lower, end, hinge in LIMBS:
+        along = rot.normalize(body.at(lower) - body.at(upper))
+        likely = hips_left if upper.endswith("UpLeg") else rot.cross(along, chest_forward)
+        bend = body.bend(upper, lower, end) + 0.05 * likely  # a limb that never bends still has a likely hinge
+        for start, stop in ((upper, lower), (lower, end)):
+            axis = _nearest_axis(body.seen_from(start, bend))
+            constants[start] = align(BONE_OFFSETS[INDEX[stop]], hinge, body.bone(start, stop), axis)
+        constants[end] = constants[lower]
+
+    for side in SIDES:  # feet: the knee's hinge goes across them; a toe's axes are like its foot's
+        shin, foot, toe = side + "Leg", side + "Foot", side + "Toe"
+        if body.has(toe):
+            shin_left = rot.rotate(rot.multiply(body.rotations[:, body.index[shin]], constants[shin]), LEFT)
+            for name, ours in ((foot, BONE_OFFSETS[INDEX[toe]]), (toe, FORWARD)):
+                across = _nearest_axis(body.seen_from(name, shin_left))
+                constants[name] = align(LEFT, ours, across, body.bone(foot, toe))
+    return constants
+
+
+def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
+    """Up along the spine, left from hip joint to hip joint and from shoulder to shoulder."""
+    constants = {}
+    torso = [name for name in TORSO if body.has(name)]
+    girdle = "Shoulder" if body.has("LeftShoulder", "RightShoulder") else "Arm"
+    hips_left = body.at("LeftUpLeg") - body.at("RightUpLeg")
+    chest_left = body.at("Left" + girdle) - body.at("Right" + girdle)
+    for name, above in zip(torso, [*torso[1:], None], strict=True):
+        if name == "Hips":  # the whole trunk, since what joins hips and spine leans as the rig's maker liked
+            trunk = body.at("Neck" if body.has("Neck") else "Head") - body.between_hips()
+            up = _nearest_axis(body.seen_from(name, trunk))
+        elif above:
+            up = _nearest_axis(body.bone(name, above))
+        # (the head, with nothing above, has the neck's axis)
+        left = _nearest_axis(body.seen_from(name, hips_left if name in ("Hips", "Spine") else chest_left))
+        constants[name] = align(UP, LEFT, up, left)
+
+    if body.has("Neck"):
+        neck, head = (rot.multiply(body.rotations[body.sample, body.index[name]], constants[name])
+                      for name in ("Neck", "Head"))
+        seen = rot.rotate(rot.inverse(neck), rot.rotate(head, UP)).mean(axis=0)
+        if np.arctan2(seen[2], seen[1]) > HEAD_LEANS:
+            constants["Head"] = rot.multiply(constants["Head"], rot.from_axis_angle(LEFT, -HEAD_TILT))
+    return constants
+
+
+# ---- what the motion says ----
+
+
+def _roll_to_hinge(body: SourceBody, constants: dict, upper: str, lower: str, end: str, hinge: np.ndarray) -> None:
+    """Rolls a limb so that it bends about our hinge: CMU's elbows, for one, bend 30 degrees off the horizontal at rest.
+
+    The upper bone is defined by its hinge. The lower one follows only if it sees the hinge at the same angle (a pure
+    hinge); else what differs is pronation, which is motion."""
+    bend, bone = body.bend(upper, lower, end), rot.normalize(BONE_OFFSETS[INDEX[lower]])
+    rolls = {}
+    for name in (upper, lower):
+        axis = rot.rotate(rot.inverse(constants[name]), body.seen_from(name, bend))
+        rolls[name] = np.arctan2(rot.cross(hinge, axis) @ bone, hinge @ axis)
+    if np.linalg.norm(axis) < LEAST_BEND or abs(rolls[upper]) < LEAST_ROLL:
+        return
+    follows = abs(rot.wrap_angle(rolls[upper] - rolls[lower])) < LEAST_ROLL
+    hand = (end,) if end.endswith("Hand") else ()
+    for name in (upper, lower, *hand) if follows else (upper,):
+        constants[name] = rot.multiply(constants[name], rot.from_axis_angle(bone, rolls[upper]))
+
+
+def _flatten_soles(body: SourceBody, constants: dict, end: str, most_pitch: float) -> None:
+    """Pitches and rolls the feet or the toes so that they are flat, as ours are, while they are planted flat."""
+    ups = []
+    for side, planted in zip(SIDES, body.planted(), strict=True):
+        sole = rot.multiply(body.rotations[planted, body.index[side + end]], constants[side + end])
+        ups.append(rot.rotate(rot.inverse(sole), UP))  # the world's up as the sole sees it
+    both = np.concatenate(ups)
+    if len(both) < ENOUGH_PLANTED:
+        return
+    # Not the middle but the flatter half's: a heel leaves the floor while the toes still stand.
+    pitch = np.percentile(np.arctan2(both[:, 2], both[:, 1]), 75)
+    if abs(pitch) > most_pitch:
+        return
+    for side, up in zip(SIDES, ups, strict=True):
+        roll = np.median(np.arctan2(-up[:, 0], up[:, 1])) if len(up) >= ENOUGH_PLANTED / 2 else 0.0
+        roll = rot.from_axis_angle(FORWARD, np.clip(roll, -MOST_ROLL, MOST_ROLL))
+        turned = rot.multiply(constants[side + end], rot.multiply(rot.from_axis_angle(LEFT, pitch), roll))
+        if end == "Foot" and body.has(side + "Toe"):  # it points where the toes are, still
+            turned = align(UP, FORWARD, rot.rotate(turned, UP), body.bone(side + "Foot", side + "Toe"))
+        constants[side + end] = turned
