@@ -1,0 +1,117 @@
+"""The figure: a table of capsules of changing radius fixed to the joints, the pose they are melted together in, and how they follow a pose."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from sim import rotations as rot
+from sim.kinematics import forward_kinematics
+from sim.pose import Pose
+from sim.skeleton import INDEX, JOINT_COUNT, JOINTS, PART_OF_JOINT, REST_HIPS_HEIGHT
+
+# (joint, from, to, radii at even steps between them, width, depth): metres in the joint's own axes in the T-pose.
+# Width and depth stretch the form across; a form of a left joint has its mirror image on the right. Where forms meet they
+# swell a little as they melt, so their ends are thinner than the body is there.
+_FORMS = [
+    # pelvis, waist, rib cage, shoulder girdle
+    ("Hips", (0.0, -0.060, -0.006), (0.0, 0.060, 0.0), (0.088, 0.094, 0.078), 1.28, 0.92),
+    ("Hips", (-0.070, -0.070, -0.036), (0.070, -0.070, -0.036), (0.068, 0.060, 0.068), 1.0, 1.0),
+    ("Spine", (0.0, -0.03, 0.0), (0.0, 0.12, 0.0), (0.078, 0.086, 0.084), 1.26, 0.90),
+    ("Chest", (0.0, 0.0, 0.0), (0.0, 0.13, -0.006), (0.082, 0.102, 0.104), 1.32, 0.90),
+    ("Chest", (-0.060, 0.110, 0.046), (0.060, 0.110, 0.046), (0.044, 0.044, 0.044), 1.0, 1.0),
+    ("Chest", (-0.110, 0.168, -0.020), (0.110, 0.168, -0.020), (0.046, 0.046, 0.046), 1.0, 1.0),
+    ("Chest", (-0.110, 0.190, -0.020), (-0.015, 0.255, -0.022), (0.028, 0.030, 0.030), 1.0, 1.0),
+    ("Chest", (0.110, 0.190, -0.020), (0.015, 0.255, -0.022), (0.028, 0.030, 0.030), 1.0, 1.0),
+    # neck and head
+    ("Neck", (0.0, -0.04, -0.016), (0.0, 0.10, 0.004), (0.044, 0.044, 0.046), 1.0, 1.06),
+    ("Head", (0.0, 0.108, -0.014), (0.0, 0.098, 0.016), (0.076, 0.074), 0.92, 1.0),
+    ("Head", (0.0, 0.076, 0.026), (0.0, 0.012, 0.046), (0.064, 0.056, 0.040), 0.92, 1.0),
+    # shoulder, arm, hand
+    ("LeftShoulder", (0.03, -0.004, -0.014), (0.115, -0.010, -0.006), (0.036, 0.042), 1.0, 1.0),
+    ("LeftArm", (-0.005, -0.010, 0.0), (0.272, 0.0, 0.0), (0.052, 0.054, 0.048, 0.044, 0.040, 0.031), 1.0, 1.06),
+    ("LeftForeArm", (0.010, 0.0, 0.0), (0.240, 0.0, 0.0), (0.032, 0.040, 0.039, 0.033, 0.026, 0.021), 1.0, 1.1),
+    ("LeftHand", (0.012, 0.0, 0.0), (0.164, -0.014, 0.0), (0.022, 0.033, 0.037, 0.033, 0.021), 0.56, 1.05),
+    ("LeftHand", (0.030, -0.004, 0.020), (0.088, -0.014, 0.056), (0.014, 0.014, 0.011), 1.0, 1.0),
+    # thigh, shin, foot
+    ("LeftUpLeg", (0.008, 0.0, 0.0), (0.0, -0.410, 0.004), (0.076, 0.084, 0.078, 0.069, 0.058, 0.044), 1.0, 1.06),
+    ("LeftLeg", (0.0, -0.010, 0.006), (0.0, -0.390, -0.004), (0.042, 0.048, 0.050, 0.044, 0.036, 0.028), 1.0, 1.06),
+    ("LeftLeg", (0.002, -0.09, -0.022), (0.0, -0.17, -0.020), (0.030, 0.032, 0.030), 1.1, 1.0),
+    ("LeftFoot", (0.0, 0.0, -0.008), (0.0, -0.040, -0.034), (0.026, 0.025), 1.0, 1.0),
+    ("LeftFoot", (0.0, -0.042, -0.030), (0.004, -0.046, 0.120), (0.022, 0.020, 0.019), 1.40, 1.0),
+    ("LeftFoot", (0.0, -0.012, 0.010), (0.003, -0.038, 0.096), (0.030, 0.028, 0.023), 1.05, 1.0),
+    ("LeftToe", (0.0, 0.005, -0.006), (-0.006, 0.001, 0.064), (0.020, 0.018, 0.013), 2.0, 1.0),
+]
+
+
+def _mirrored(form: tuple) -> tuple:
+    joint, start, end, *rest = form
+    return (joint.replace("Left", "Right"), *((-x, y, z) for x, y, z in (start, end)), *rest)
+
+
+FORMS = _FORMS + [_mirrored(form) for form in _FORMS if form[0].startswith("Left")]
+FORM_JOINT = np.array([INDEX[form[0]] for form in FORMS])
+FORM_START = np.array([form[1] for form in FORMS])  # (forms, 3)
+_AXIS = np.array([form[2] for form in FORMS]) - FORM_START
+FORM_LENGTH = np.linalg.norm(_AXIS, axis=-1)
+PROFILE = np.linspace(0, 1, 33)  # shares of a form's length at which its radius is tabled
+FORM_RADII = np.array([PchipInterpolator(np.linspace(0, 1, len(form[3])), form[3])(PROFILE) for form in FORMS])  # (forms, 33)
+FORM_STRETCH = np.array([(form[4], 1.0, form[5]) for form in FORMS])
+
+# Gloves and shoes: joints whose skin is a darker tone of their part's colour.
+TONE = np.ones(JOINT_COUNT)
+for _joint, _name in enumerate(JOINTS):
+    if _name.endswith(("Hand", "Foot", "Toe")):
+        TONE[_joint] = 0.62
+
+# The pose the skin is made in: arms half lowered and legs apart, so that no motion bends it far. Degrees about Z, left side.
+_BIND_DEGREES = {"Shoulder": -4.0, "Arm": -44.0, "ForeArm": -44.0, "Hand": -44.0, "UpLeg": 9.0, "Leg": 9.0}
+
+
+def _bind_pose() -> Pose:
+    angles = np.zeros(JOINT_COUNT)
+    for name, degrees in _BIND_DEGREES.items():
+        angles[INDEX[f"Left{name}"]], angles[INDEX[f"Right{name}"]] = np.radians(degrees), -np.radians(degrees)
+    rotations = rot.from_axis_angle(np.array([0.0, 0.0, 1.0]), angles)
+    return Pose(np.zeros(3), 0.0, np.array([0.0, REST_HIPS_HEIGHT, 0.0]), rotations, np.zeros(4), 0.0)
+
+
+BIND = _bind_pose()
+
+
+def form_frames() -> np.ndarray:
+    """(forms, 3, 3): rows are a form's width, length and depth directions in its joint's axes."""
+    along = _AXIS / FORM_LENGTH[:, None]
+    across_is_x = np.abs(along[:, :1]) < 0.7  # arms lie along x: their depth is the body's, the others' width is the body's
+    guide = np.where(across_is_x, [1.0, 0, 0], [0, 0, 1.0])
+    guide = rot.normalize(guide - along * np.sum(guide * along, axis=-1, keepdims=True))
+    width = np.where(across_is_x, guide, rot.cross(along, guide))
+    depth = np.where(across_is_x, rot.cross(guide, along), guide)
+    return np.stack([width, along, depth], axis=1)
+
+
+VISOR = BIND.positions[INDEX["Head"]] + [0.0, 0.082, 0.088]  # the dark glass that shows where the head looks
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A body as the shaders read it: `bones` (63, 4) and `tints` (21, 4), float32."""
+
+    bones: np.ndarray
+    tints: np.ndarray
+
+
+def figure(pose: Pose, part_colours: np.ndarray, shift=(0.0, 0.0, 0.0)) -> Figure:
+    """The body in `pose`, moved by `shift` metres, in display colours (5, 3) in the order of PART_NAMES."""
+    tints = np.ones((JOINT_COUNT, 4), np.float32)
+    tints[:, :3] = part_colours[PART_OF_JOINT] * TONE[:, None]
+    return Figure(bones(pose, shift).reshape(-1, 4), tints)
+
+
+def bones(pose: Pose, shift=(0.0, 0.0, 0.0)) -> np.ndarray:
+    """(21, 3, 4) float32: for each joint the transform from the bind pose to `pose` moved by `shift` metres."""
+    turns = rot.multiply(pose.rotations, rot.inverse(BIND.rotations))
+    result = np.empty((JOINT_COUNT, 3, 4), np.float32)
+    result[..., :3] = rot.rotate(turns[:, None], np.eye(3)).swapaxes(-1, -2)
+    result[..., 3] = pose.positions + shift - rot.rotate(turns, BIND.positions)
+    return result

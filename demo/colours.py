@@ -1,0 +1,49 @@
+"""Colours: a stable one for each style name, a neutral one for a part's own style, and those of the scene."""
+
+import zlib
+from functools import lru_cache
+from typing import Mapping
+
+import numpy as np
+
+from sim.skeleton import PART_NAMES
+
+OWN_STYLE = (0.545, 0.62, 0.69)  # grey-blue, of every part that keeps its own style
+TWIN = (0.74, 0.76, 0.78)  # the neutral twin
+GOLDEN_TURN = 0.61803398875
+
+
+@lru_cache(maxsize=None)
+def style_colour(name: str) -> tuple[float, float, float]:
+    """The colour of a style, from its name alone: display red, green, blue in 0..1, equally strong for every name."""
+    number = zlib.crc32(name.encode())
+    hue = 2 * np.pi * (number * GOLDEN_TURN % 1.0)
+    lightness = (0.68, 0.78)[number >> 16 & 1]
+    return oklch(lightness, 0.15, hue)
+
+
+def oklch(lightness: float, chroma: float, hue: float) -> tuple[float, float, float]:
+    """Display colour of an OKLCH triple (Ottosson 2020): equal lightness looks equally light whatever the hue."""
+    a, b = chroma * np.cos(hue), chroma * np.sin(hue)
+    cones = np.array([lightness + 0.3963377774 * a + 0.2158037573 * b,
+                      lightness - 0.1055613458 * a - 0.0638541728 * b,
+                      lightness - 0.0894841775 * a - 1.2914855480 * b]) ** 3
+    linear = np.array([[4.0767416621, -3.3077115913, 0.2309699292],
+                       [-1.2684380046, 2.6097574011, -0.3413193965],
+                       [-0.0041960863, -0.7034186147, 1.7076147010]]) @ cones
+    return tuple(float(channel) for channel in np.clip(linear, 0, 1) ** (1 / 2.2))
+
+
+def part_colours(style: Mapping[str, tuple[str, float]]) -> np.ndarray:
+    """(5, 3) colours of the body parts, in the order of PART_NAMES: from neutral to the style's as its strength grows to 1."""
+    colours = np.tile(OWN_STYLE, (len(PART_NAMES), 1))
+    for part, (name, strength) in style.items():
+        row = PART_NAMES.index(part)
+        colours[row] += (np.array(style_colour(name)) - colours[row]) * min(strength, 1.0)
+    return colours
+
+
+def brightened(colours: np.ndarray, glow: Mapping[str, float]) -> np.ndarray:
+    """(5, 3) colours with some parts nearer to white: part name -> 0..1."""
+    amounts = np.array([glow.get(part, 0.0) for part in PART_NAMES])[:, None]
+    return colours + 0.7 * amounts * (1.0 - colours)

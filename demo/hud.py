@@ -1,0 +1,110 @@
+"""The head-up display: panels of text as small tables, drawn to pictures with pygame's own font and laid over the scene."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import pygame
+
+INK = (1.0, 1.0, 1.0)
+FAINT = (0.68, 0.73, 0.78)
+ACCENT = (1.0, 0.83, 0.42)
+ALERT = (1.0, 0.55, 0.48)
+BACKGROUND = (18, 24, 32, 205)
+
+TEXT_PIXELS = 17  # at a window height of 720
+PADDING, GAP, LINE, MARGIN = 11, 11, 23, 14  # round the text, between columns, from line to line, from the window's border
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A piece of text; with `swatch`, a dot of that colour stands before it."""
+
+    text: str
+    colour: tuple[float, float, float] = INK
+    swatch: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Rows of cells in aligned columns, at one of ANCHORS. Equal panels look equal, so a panel is its own cache key."""
+
+    rows: tuple[tuple[Cell, ...], ...]
+    anchor: str = "top left"
+    lit_rows: tuple[int, ...] = ()  # rows with a lighter background
+
+
+ANCHORS = {  # where a panel sits: fractions of the free width and height, and which way the next one there is stacked
+    "top left": (0.0, 0.0, 1), "top": (0.5, 0.0, 1), "top right": (1.0, 0.0, 1), "center": (0.5, 0.45, 1),
+    "bottom left": (0.0, 1.0, -1), "bottom": (0.5, 1.0, -1), "bottom right": (1.0, 1.0, -1),
+}
+
+
+def scale_for(size: tuple[int, int]) -> float:
+    """How much larger than at 1280 x 720 the text is drawn, in steps of a quarter: readable in a small window and on a dense screen."""
+    return max(0.75, round(4 * min(size[0] / 1280, size[1] / 720)) / 4)
+
+
+@lru_cache(maxsize=8)
+def _font(scale: float) -> pygame.font.Font:
+    pygame.font.init()
+    return pygame.font.Font(None, round(TEXT_PIXELS * 1.3 * scale))
+
+
+@lru_cache(maxsize=64)
+def _layout(panel: Panel, scale: float) -> tuple[tuple[int, int], tuple[int, ...]]:
+    """The panel's size in pixels and the left border of each column."""
+    font = _font(scale)
+    gap = GAP * scale
+    widths = [max(font.size(row[column].text)[0] + (gap * 1.5 if row[column].swatch else 0) for row in panel.rows if column < len(row))
+              for column in range(max(len(row) for row in panel.rows))]
+    lefts, left = [], PADDING * scale
+    for width in widths:
+        lefts.append(round(left))
+        left += width + gap
+    return (round(left - gap + PADDING * scale), round((len(panel.rows) * LINE + PADDING) * scale)), tuple(lefts)
+
+
+def rasterise(panel: Panel, scale: float) -> pygame.Surface:
+    """The panel as a picture with an alpha channel."""
+    size, lefts = _layout(panel, scale)
+    font = _font(scale)
+    surface = pygame.Surface(size, pygame.SRCALPHA)
+    pygame.draw.rect(surface, BACKGROUND, surface.get_rect(), border_radius=round(7 * scale))
+    for number, row in enumerate(panel.rows):
+        top = (PADDING / 2 + number * LINE) * scale
+        if number in panel.lit_rows:
+            bar = pygame.Rect(round(4 * scale), round(top + scale), size[0] - round(8 * scale), round((LINE - 2) * scale))
+            pygame.draw.rect(surface, (70, 86, 104, 235), bar, border_radius=round(4 * scale))
+        for cell, left in zip(row, lefts):
+            middle = top + LINE * scale / 2
+            if cell.swatch:
+                radius = 0.52 * GAP * scale
+                pygame.draw.circle(surface, _bytes(cell.swatch), (left + radius, middle), radius)
+                left += round(1.5 * GAP * scale)
+            text = font.render(cell.text, True, _bytes(cell.colour))
+            surface.blit(text, (left, round(middle - text.get_height() / 2)))
+    return surface
+
+
+def _bytes(colour: tuple[float, float, float]) -> tuple[int, ...]:
+    return tuple(round(255 * channel) for channel in colour)
+
+
+def place(panels: tuple[Panel, ...], size: tuple[int, int]) -> list[tuple]:
+    """For each panel (key, left, top, (width, height), function giving premultiplied RGBA bytes), in pixels of a window of `size`."""
+    scale = scale_for(size)
+    margin = round(MARGIN * scale)
+    used = dict.fromkeys(ANCHORS, 0)
+    placed = []
+    for panel in panels:
+        across, down, direction = ANCHORS[panel.anchor]
+        width, height = _layout(panel, scale)[0]
+        left = round(margin + across * (size[0] - 2 * margin - width))
+        top = round(margin + down * (size[1] - 2 * margin - height)) + direction * used[panel.anchor]
+        used[panel.anchor] += height + margin // 2
+        placed.append(((panel, scale), left, top, (width, height), lambda panel=panel: _rgba(rasterise(panel, scale))))
+    return placed
+
+
+def _rgba(surface: pygame.Surface) -> bytes:
+    return pygame.image.tobytes(surface.premul_alpha(), "RGBA")

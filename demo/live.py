@@ -1,0 +1,233 @@
+"""The live loop: devices, session, renderer, at 60 simulated frames a second whatever the picture costs."""
+
+import time
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Callable, Sequence
+
+import pygame
+
+from demo import panels
+from demo.bindings import HINTS, PARTS_BY_NUMBER
+from demo.devices import Devices
+from demo.hud import ALERT, INK
+from demo.renderer import Renderer
+from demo.style_choice import StyleChoice
+from demo.view import View
+from demo.window import ScreenWindow, Window, open_window
+from sim.clip import FPS
+from sim.recording import Recorder
+from sim.session import Frame, Session
+
+FRAME_SECONDS = 1 / FPS
+MAX_CATCH_UP = 4  # simulated frames that one picture may make up for; a longer stop is counted, not raced after
+TOAST_SECONDS = 4.0
+GLOW_SECONDS = 0.5
+FIGURES_SECONDS = 0.25  # how often the figures of the status line change
+
+
+@dataclass(frozen=True)
+class LiveReport:
+    """What a live run was: simulated frames, pictures drawn, frames missed, files written."""
+
+    frames: int
+    pictures: int
+    missed: int
+    files: tuple[Path, ...]
+
+
+def run_live(session: Session, styles: Sequence[str], seconds: float | None = None, window: Window | None = None,
+             recorder_factory: Callable[[Path], Recorder] = Recorder, clock: Callable[[], float] = time.perf_counter,
+             sleep: Callable[[float], None] = time.sleep) -> LiveReport:
+    """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
+
+    styles: the names to choose from. Raises NoDisplay or NoGL where no window can be had; later mistakes are shown on screen."""
+    with window or open_window() as window:
+        live = Live(session, styles, window, recorder_factory, clock)
+        try:
+            live.run(seconds, sleep)
+        finally:
+            live.stop_recording()
+        return LiveReport(live.frames, live.pictures, live.missed, tuple(live.files))
+
+
+class Live:
+    """The state of a live run. `do` carries out an action by its name in demo.bindings; keys that are held are the devices' affair."""
+
+    def __init__(self, session: Session, styles: Sequence[str], window: Window, recorder_factory: Callable[[Path], Recorder] = Recorder,
+                 clock: Callable[[], float] = time.perf_counter) -> None:
+        self.session, self.window = session, window
+        self.devices, self.choice, self.view = Devices(), StyleChoice(styles), View()
+        self.renderer = Renderer(window.size)
+        self.recorder: Recorder | None = None
+        self.files: list[Path] = []
+        self.frames = self.pictures = self.missed = 0
+        self.leaving = self.helping = False
+        self._recorder_factory, self._clock = recorder_factory, clock
+        self._frame: Frame | None = None
+        self._hints = list(HINTS)
+        self._toasts: list[tuple[float, str, tuple]] = []  # when it goes, text, colour
+        self._figures = panels.Figures(FIGURES_SECONDS)
+        self._picked_at = -GLOW_SECONDS
+
+    # ---- the loop -----------------------------------------------------------------------------------------------------------
+
+    def run(self, seconds: float | None, sleep: Callable[[float], None]) -> None:
+        """Each turn: events, the simulated frames that are due, one picture; then it sleeps until the next frame is due."""
+        last = None if seconds is None else round(seconds * FPS)
+        self.step()
+        self.draw()  # the first picture is slow: drivers finish compiling with it, so the clock starts after
+        due_at = self._clock() + FRAME_SECONDS
+        while not self.leaving and (last is None or self.frames < last):
+            for action in self.devices.handle(pygame.event.get()):
+                self.do(action)
+            now = self._clock()
+            if now < due_at:
+                sleep(due_at - now)
+                continue
+            due = int((now - due_at) / FRAME_SECONDS) + 1
+            due_at += due * FRAME_SECONDS
+            steps = min(due, MAX_CATCH_UP)
+            self.missed += due - steps
+            for _ in range(steps if last is None else min(steps, last - self.frames)):
+                self.step()
+            self.draw()
+
+    def step(self) -> None:
+        """One simulated frame."""
+        facing = self._frame.styled.root_facing if self._frame else 0.0
+        command = self.devices.command(self.view.camera.yaw, facing, self.choice.style, FRAME_SECONDS)
+        try:
+            self._frame = self.session.step(command)
+        except ValueError as error:  # a style that the bank refuses
+            self.say(str(error), ALERT)
+            self.choice.restore(self._frame.command.style if self._frame else {})
+            return
+        if self.recorder:
+            self._guard(lambda: self.recorder.write(command))
+        self.frames += 1
+        orbit, lift, zoom = self.devices.take_camera()
+        self.view.camera.orbit(orbit, lift)
+        self.view.camera.zoom(zoom)
+        self.view.follow(self._frame, FRAME_SECONDS)
+
+    def draw(self) -> None:
+        """One picture of the newest frame."""
+        now = self._clock()
+        latency = self.session.latency
+        self._figures.tick(now, latency.last_ms("frame"), latency.last_ms("render"))
+        glow = max(0.0, 1 - (now - self._picked_at) / GLOW_SECONDS)
+        self.view.glow = dict.fromkeys(self.choice.parts, glow) if glow else {}
+        self.view.panels = self._panels(now)
+        with latency.stage("render"):
+            self.window.bind()
+            self.renderer.draw(self._frame, self.view)
+        self.window.show()
+        self.pictures += 1
+
+    def _panels(self, now: float) -> tuple:
+        self._toasts = [toast for toast in self._toasts if toast[0] > now]
+        status = panels.status(self.choice, self._figures, self.missed, self.devices.facing_held, self.recorder)
+        result = [panels.parts(self.choice), status]
+        if self._hints and not self.helping:
+            result.append(panels.line(self._hints[0][1], "bottom"))
+        result += [panels.line(text, "top", colour) for _, text, colour in self._toasts]
+        if self.helping:
+            result.append(panels.controls())
+        return tuple(result)
+
+    # ---- actions ------------------------------------------------------------------------------------------------------------
+
+    def do(self, action: str) -> None:
+        """Carries out an action; one that is only held, such as walking, needs nothing here."""
+        if self._hints and action in self._hints[0][0]:
+            self._hints.pop(0)
+        if action.startswith("pick_"):
+            self.choice.pick(action.removeprefix("pick_"))
+        elif action in self._ACTIONS:
+            self._ACTIONS[action](self)
+        if action.startswith(("pick_", "part_")):
+            self._picked_at = self._clock()
+
+    def say(self, text: str, colour=INK) -> None:
+        """Shows a sentence for a few seconds."""
+        self._toasts.append((self._clock() + TOAST_SECONDS, text, colour))
+
+    def toggle_recording(self) -> None:
+        """Starts a recording in the current folder, or ends the one that runs."""
+        if self.recorder:
+            self.stop_recording()
+            return
+        path = self._new_file("jsonl")
+
+        def start() -> None:
+            self.recorder = self._recorder_factory(path)
+            self.files.append(path)
+            self.say(f"recording into {path}")
+
+        self._guard(start)
+
+    def stop_recording(self) -> None:
+        """Ends the recording, if one runs."""
+        if self.recorder:
+            recorder, self.recorder = self.recorder, None
+            self._guard(recorder.close)
+            self.say(f"recorded into {self.files[-1]}")
+
+    def screenshot(self) -> None:
+        """Saves the picture as it is, with the text, in the current folder."""
+        path = self._new_file("png")
+
+        def save() -> None:
+            self.window.bind()
+            self.renderer.draw(self._frame, self.view)
+            pixels = self.window.read_pixels()
+            pygame.image.save(pygame.image.frombuffer(pixels.tobytes(), self.window.size, "RGB"), str(path))
+            self.files.append(path)
+            self.say(f"saved {path}")
+
+        self._guard(save)
+
+    def _guard(self, write: Callable[[], None]) -> None:
+        """Runs what writes a file; where that fails the screen says so, and the character walks on."""
+        try:
+            write()
+        except (OSError, pygame.error) as error:
+            self.recorder = None
+            self.say(f"cannot write: {error}", ALERT)
+
+    def _new_file(self, suffix: str) -> Path:
+        return Path.cwd() / f"patchwalk-{datetime.now():%Y%m%d-%H%M%S}.{suffix}"
+
+    def _resize(self) -> None:
+        if self.window.follow_size():
+            self.renderer.resize(self.window.size)
+
+    def _toggle(self, name: str) -> None:
+        owner = self.view if name == "twin" else self
+        setattr(owner, name, not getattr(owner, name))
+
+    def _leave(self) -> None:
+        self.leaving = True
+
+    _ACTIONS: dict[str, Callable[["Live"], None]] = {
+        "part_previous": lambda self: self.choice.pick_next(-1),
+        "part_next": lambda self: self.choice.pick_next(1),
+        "style_previous": lambda self: self.choice.cycle(-1),
+        "style_next": lambda self: self.choice.cycle(1),
+        "own_style": lambda self: self.choice.reset(),
+        "weaker": lambda self: self.choice.change_strength(-1),
+        "stronger": lambda self: self.choice.change_strength(1),
+        "zoom_in": lambda self: self.view.camera.zoom(1),
+        "zoom_out": lambda self: self.view.camera.zoom(-1),
+        "twin": lambda self: self._toggle("twin"),
+        "help": lambda self: self._toggle("helping"),
+        "record": toggle_recording,
+        "screenshot": screenshot,
+        "full_screen": lambda self: self.window.toggle_full_screen(),
+        "resized": _resize,
+        "leave": _leave,
+        "pad_added": lambda self: self.say(f"gamepad plugged in: {self.devices.pad_name}"),
+        "pad_removed": lambda self: self.say(f"gamepad unplugged; {self.devices.pad_name or 'the keyboard'} steers"),
+    }

@@ -1,0 +1,245 @@
+"""The shaders, GLSL 3.30. Colours are display values but where light is added up: there they are squared, and the sum's root is shown."""
+
+VERSION = "#version 330 core\n"
+
+# ---- body: a skin that follows the joints ------------------------------------------------------------------------------------
+
+_SKIN = VERSION + """
+layout(location = 0) in vec3 place;               // in the bind pose
+layout(location = 1) in vec3 direction;
+layout(location = 2) in vec4 joints;
+layout(location = 3) in vec4 weights;
+uniform vec4 bones[63];                           // for each of the 21 joints a 3 x 4 matrix by rows, bind pose to world
+
+vec4 row(int r) {
+    ivec4 at = ivec4(joints) * 3 + r;
+    return bones[at.x] * weights.x + bones[at.y] * weights.y + bones[at.z] * weights.z + bones[at.w] * weights.w;
+}
+"""
+
+BODY_VERTEX = _SKIN + """
+layout(location = 4) in float openness;
+uniform vec4 tints[21];                           // display colour of each joint's skin
+uniform mat4 world_to_clip;
+out vec3 world;
+out vec3 normal;
+out vec3 colour;                                  // linear, with the light that the body itself keeps away
+out vec3 bind;
+
+void main() {
+    vec4 x = row(0), y = row(1), z = row(2), p = vec4(place, 1.0);
+    world = vec3(dot(x, p), dot(y, p), dot(z, p));
+    normal = vec3(dot(x.xyz, direction), dot(y.xyz, direction), dot(z.xyz, direction));
+    ivec4 at = ivec4(joints);
+    vec4 share = weights * weights;               // sharper than the skin's own passage from joint to joint
+    share *= share;
+    vec3 tint = (tints[at.x] * share.x + tints[at.y] * share.y + tints[at.z] * share.z + tints[at.w] * share.w).rgb / dot(share, vec4(1.0));
+    colour = tint * tint * mix(0.45, 1.0, openness);
+    bind = place;
+    gl_Position = world_to_clip * vec4(world, 1.0);
+}
+"""
+
+BODY_FRAGMENT = VERSION + """
+uniform vec3 eye;
+uniform vec3 to_light;
+uniform vec3 visor;   // the middle of the dark visor in the bind pose
+uniform float edges;  // 0: the inside, opaque; 1: only the last pixel before the outline, blended by how much of it is covered
+in vec3 world;
+in vec3 normal;
+in vec3 colour;
+in vec3 bind;
+out vec4 pixel;
+
+void main() {
+    vec3 n = normalize(normal), v = normalize(eye - world);
+    float facing = dot(n, v);
+    float covered = clamp(facing / max(fwidth(facing), 1e-4) + 0.25, 0.0, 1.0);
+    if ((covered < 1.0) != (edges > 0.5)) discard;
+
+    vec3 off = (bind - visor) * vec3(15.0, 34.0, 15.0);
+    float glass = clamp((1.0 - dot(off, off)) * 9.0, 0.0, 1.0);
+    vec3 base = mix(colour, vec3(0.006, 0.008, 0.013), glass);
+
+    float lambert = dot(n, to_light);
+    float key = max(0.80 * lambert + 0.20, 0.0);
+    vec3 light = vec3(1.10, 1.0, 0.86) * key * 0.95 + mix(vec3(0.20, 0.185, 0.18), vec3(0.34, 0.42, 0.52), 0.5 + 0.5 * n.y);
+    light *= 0.74 + 0.26 * clamp(world.y * 1.3 + 0.1, 0.0, 1.0);    // close to the ground less light comes in
+    float rim = 1.0 - max(facing, 0.0);
+    rim *= rim;
+    float gleam = max(dot(n, normalize(v + to_light)), 0.0);
+    gleam *= gleam; gleam *= gleam; gleam *= gleam; gleam *= gleam;
+    vec3 lit = base * light + rim * rim * vec3(0.15, 0.19, 0.24) + (0.11 + 0.6 * glass) * gleam * max(lambert, 0.0);
+    pixel = vec4(sqrt(lit), covered);
+}
+"""
+
+# ---- shadow: the body flattened along the light into a small picture of the ground ---------------------------------------------
+
+SHADOW_VERTEX = _SKIN + """
+uniform vec3 to_light;
+uniform vec3 area;  // centre x, z and half width of the ground in the picture
+out float height;
+
+void main() {
+    vec4 at = vec4(place, 1.0);
+    vec3 p = vec3(dot(row(0), at), dot(row(1), at), dot(row(2), at));
+    height = p.y;
+    vec2 ground = p.xz - to_light.xz * (p.y / to_light.y);
+    gl_Position = vec4((ground - area.xy) / area.z, 0.0, 1.0);
+}
+"""
+
+SHADOW_FRAGMENT = VERSION + """
+in float height;
+out vec4 pixel;
+void main() { pixel = vec4(clamp(0.62 - 0.20 * height, 0.0, 1.0)); }  // what is high up casts a weaker shadow
+"""
+
+FULL_VERTEX = VERSION + """
+out vec2 uv;
+void main() {
+    uv = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2);
+    gl_Position = vec4(uv * 2.0 - 1.0, 1.0, 1.0);
+}
+"""
+
+BLUR_FRAGMENT = VERSION + """
+uniform sampler2D picture;
+uniform vec2 texel;  // one step along the direction of this pass
+in vec2 uv;
+out vec4 pixel;
+void main() {
+    // Seven taps of a binomial row, read as four between texels.
+    pixel = (texture(picture, uv - 2.4 * texel) + texture(picture, uv + 2.4 * texel)) * 0.15
+          + (texture(picture, uv - 0.7 * texel) + texture(picture, uv + 0.7 * texel)) * 0.35;
+}
+"""
+
+# ---- ground and sky ----------------------------------------------------------------------------------------------------------
+
+SKY = """
+const vec3 HORIZON = vec3(0.860, 0.890, 0.915);
+const vec3 ZENITH = vec3(0.46, 0.60, 0.745);
+"""
+
+SKY_FRAGMENT = VERSION + SKY + """
+uniform vec2 slope;  // sine of the elevation at the bottom of the picture and its growth over the picture
+in vec2 uv;
+out vec4 pixel;
+void main() {
+    float up = clamp((slope.x + slope.y * uv.y) * 1.7, 0.0, 1.0);
+    pixel = vec4(mix(HORIZON, ZENITH, up * (2.0 - up)), 1.0);
+}
+"""
+
+GROUND_VERTEX = VERSION + """
+uniform mat4 world_to_clip;
+uniform vec3 area;
+uniform vec3 focus;  // under the camera's target
+out vec2 world;
+out vec2 from_focus;
+out vec2 shadow_uv;
+void main() {
+    from_focus = 100.0 * (2.0 * vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) - 1.0);  // one triangle, wider than the haze
+    world = focus.xz + from_focus;
+    shadow_uv = 0.5 + 0.5 * (world - area.xy) / area.z;
+    gl_Position = world_to_clip * vec4(world.x, 0.0, world.y, 1.0);
+}
+"""
+
+GROUND_FRAGMENT = VERSION + SKY + """
+uniform sampler2D shadow;
+in vec2 world;
+in vec2 from_focus;
+in vec2 shadow_uv;
+out vec4 pixel;
+
+// How much of the pixel lies on lines `width` wide at every whole number; where lines crowd, their mean.
+float lines(vec2 p, float width) {
+    vec2 pixel_size = fwidth(p);
+    vec2 away = abs(fract(p - 0.5) - 0.5);
+    vec2 covered = clamp((width - away) / pixel_size + 0.5, 0.0, 1.0) * clamp(width * 2.0 / pixel_size, 0.0, 1.0);
+    return max(covered.x, covered.y);
+}
+
+void main() {
+    float distance = dot(from_focus, from_focus);
+    vec3 ground = mix(vec3(0.735, 0.765, 0.790), vec3(0.815, 0.832, 0.845), 1.0 / (1.0 + distance * 0.06));
+    ground -= 0.060 * lines(world, 0.010) + 0.085 * lines(world * 0.2, 0.0035);
+    vec2 inside = step(abs(shadow_uv - 0.5), vec2(0.5));
+    ground *= 1.0 - texture(shadow, shadow_uv).r * inside.x * inside.y;
+    pixel = vec4(mix(HORIZON, ground, 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
+}
+"""
+
+# ---- marks: discs and arrows lying on the ground --------------------------------------------------------------------------------
+
+MARK_VERTEX = VERSION + """
+layout(location = 0) in vec4 place;   // x, z of the start, x, z from there to the tip (for a disc: its radius along x)
+layout(location = 1) in vec4 colour;
+layout(location = 2) in vec2 kind;    // 0 soft disc, 1 ring, 2 arrow; half width in metres
+uniform mat4 world_to_clip;
+out vec2 at;          // metres from the start, along and across
+flat out vec4 tint;
+flat out vec3 look;   // kind, length, half width
+void main() {
+    float reach = length(place.zw);
+    vec2 along = place.zw / max(reach, 1e-4), across = vec2(-along.y, along.x);
+    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+    bool disc = kind.x < 1.5;
+    at = disc ? (corner * 2.0 - 1.0) * reach : vec2(mix(-0.05, reach + 0.05, corner.x), (corner.y * 2.0 - 1.0) * (kind.y + 0.05));
+    vec2 ground = place.xy + along * at.x + across * at.y;
+    tint = colour;
+    look = vec3(kind.x, reach, kind.y);
+    gl_Position = world_to_clip * vec4(ground.x, 0.0, ground.y, 1.0);
+}
+"""
+
+MARK_FRAGMENT = VERSION + """
+in vec2 at;
+flat in vec4 tint;
+flat in vec3 look;
+out vec4 pixel;
+
+// Signed distance to a shaft that grows into a head: negative inside.
+float arrow(vec2 p, float reach, float half_width) {
+    float head = min(half_width * 2.2, reach);
+    float left = reach - p.x;                       // to the tip
+    float shaft = max(abs(p.y) - 0.36 * half_width, max(-p.x, head - left - 1e-3));
+    float tip = max(abs(p.y) * 0.91 - left * 0.415, left - head);
+    return min(shaft, tip);
+}
+
+void main() {
+    float alpha;
+    if (look.x < 0.5) {
+        float r = length(at) / look.y;
+        alpha = max(1.0 - r, 0.0);
+        alpha *= alpha;
+    } else {
+        float d = look.x < 1.5 ? abs(length(at) - (look.y - look.z)) - 0.5 * look.z : arrow(at, look.y, look.z);
+        alpha = clamp(0.5 - d / fwidth(d), 0.0, 1.0);
+    }
+    pixel = vec4(tint.rgb, tint.a * alpha);
+}
+"""
+
+# ---- panels: pictures laid over the scene -----------------------------------------------------------------------------------------
+
+PANEL_VERTEX = VERSION + """
+uniform vec4 box;  // left, bottom, width, height in clip units
+out vec2 uv;
+void main() {
+    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+    uv = vec2(corner.x, 1.0 - corner.y);
+    gl_Position = vec4(box.xy + corner * box.zw, 0.0, 1.0);
+}
+"""
+
+PANEL_FRAGMENT = VERSION + """
+uniform sampler2D picture;
+in vec2 uv;
+out vec4 pixel;
+void main() { pixel = texture(picture, uv); }
+"""
