@@ -23,6 +23,9 @@ NOT_NEUTRAL = re.compile(
     r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR")
 HELD_OUT_SHARE = 0.1
 MINIMUM_SECONDS = 0.7
+# At which pace a clip is learned besides its own, by kind of movement: captured strafing and backing is leisurely and captured
+# running all but a sprint, while the stick asks for every speed in between.
+PACES = {"forward walk": (1.0, 1.3), "strafing and backing": (1.0, 1.6, 2.3), "run": (1.0, 0.8, 0.65), "stand": (1.0,)}
 PLANTED_TOE = (-0.015, 0.06)  # metres: where a planted toe's mean height must lie, or the clip's feet cannot be trusted
 
 
@@ -112,7 +115,20 @@ def _load(path: Path) -> list[tuple[str, tuple]] | str:
         return f"{path.name}: shorter than {MINIMUM_SECONDS} s"
     if not feet_can_be_trusted(clip):
         return f"{path.name}: its planted feet are not level with the floor"
-    return [(path.stem, frames_of(c)) for c in (clip, clip.mirrored())]
+    return [(path.stem, frames_of(c)) for pace in PACES[kind_of(clip)] for c in (clip.paced(pace), clip.paced(pace).mirrored())]
+
+
+def kind_of(clip: Clip) -> str:
+    """The key of PACES that most of the clip's moving frames belong to."""
+    root = root_frame(clip.positions())
+    velocity = rot.rotate(rot.from_yaw(-root.facing), np.gradient(root.positions, 1 / FPS, axis=0))
+    speed = np.linalg.norm(velocity, axis=-1)
+    moving = speed > 0.3
+    if moving.mean() < 0.2:
+        return "stand"
+    if np.median(velocity[moving, 2] / speed[moving]) < 0.7:
+        return "strafing and backing"
+    return "run" if np.median(speed[moving]) > 2.2 else "forward walk"
 
 
 def feet_can_be_trusted(clip: Clip) -> bool:

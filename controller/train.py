@@ -15,7 +15,8 @@ from controller.dataset import Frames, load_folder
 from controller.layout import GAITS, INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.network import PhaseFunctionedNetwork
 from controller.weights import MODEL, save
-from sim.skeleton import ANCESTORS, BONE_OFFSETS, JOINT_COUNT, PARENTS
+from sim.clip import FPS
+from sim.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, JOINT_COUNT, PARENTS
 
 BATCH = 2048  # frames an update, however long the rollouts
 LEARNING_RATE = 1e-3
@@ -30,6 +31,8 @@ LOSS_WEIGHTS = {"positions": 1.0, "velocities": 0.5, "rotations": 1.0, "root": 2
                 "future_positions": 0.5, "future_directions": 0.5, "contacts": 0.2}
 SKELETON_WEIGHT = 10.0  # per metre, on joints placed by the rotations alone: what is drawn
 HALF_PRECISION_UNTIL = 0.8  # share of the time that runs in bf16 where the chip multiplies it faster
+SLIDE_WEIGHT = 1.0  # per metre a second, on the way of ankles and toes over the floor from frame to frame
+PLANTED_WEIGHT = 5.0  # how much more that counts while the joint is planted
 CHECKPOINT_SECONDS = 180
 LICENCE = "trained on ACCAD (CC BY 3.0), CMU mocap, SNU (MIT, Apache-2.0), 100STYLE (CC BY 4.0)"
 
@@ -109,6 +112,8 @@ class Trainer:
         for t in range(length):
             x = self.inputs[starts + t].to(self.device)
             phase, target = self.phase[starts + t].to(self.device), self.targets[starts + t].to(self.device)
+            if pose is None:
+                before = truth_before = x[:, INPUT_SLICES["positions"]].view(-1, JOINT_COUNT, 3)
             if noise:
                 x[:, :POSE.start] += TRAJECTORY_NOISE * torch.randn_like(x[:, :POSE.start])
                 if pose is None:
@@ -117,19 +122,25 @@ class Trainer:
                 x = torch.cat([x[:, :POSE.start], pose], dim=1)
             y = network(x, phase)
             pose = y[:, :POSE_SIZE]
-            for name, value in self.losses(y, target).items():
+            joints, truth = self.skeleton(y), self.skeleton(target)
+            losses = self.losses(y, target)
+            losses["skeleton"] = (joints - truth).abs().mean()
+            slide = feet_way(y, before, joints) - feet_way(target, truth_before, truth)
+            planted = 1 + (PLANTED_WEIGHT - 1) * target[:, OUTPUT_SLICES["contacts"], None]
+            losses["slide"] = FPS * (slide.abs() * planted).mean()
+            losses["loss"] = losses["loss"] + SKELETON_WEIGHT * losses["skeleton"] + SLIDE_WEIGHT * losses["slide"]
+            before, truth_before = joints, truth
+            for name, value in losses.items():
                 total[name] = total.get(name, 0) + value / length
         return total
 
     def losses(self, y: torch.Tensor, target: torch.Tensor) -> dict[str, torch.Tensor]:
-        """Each part's loss, the skeleton's and their sum, for outputs and targets (batch, OUTPUT_SIZE)."""
+        """The loss of each part of the output and their weighted sum, for outputs and targets (batch, OUTPUT_SIZE)."""
         error = (y - target).abs() / self.network.output_std
         contacts = OUTPUT_SLICES["contacts"]
         parts = {name: error[:, where].mean() for name, where in OUTPUT_SLICES.items() if name != "contacts"}
         parts["contacts"] = F.binary_cross_entropy_with_logits(y[:, contacts], target[:, contacts])
-        skeleton = (self.skeleton(y) - self.skeleton(target)).abs().mean()
-        loss = sum(LOSS_WEIGHTS[name] * value for name, value in parts.items()) + SKELETON_WEIGHT * skeleton
-        return {"loss": loss, "skeleton": skeleton, **parts}
+        return {"loss": sum(LOSS_WEIGHTS[name] * value for name, value in parts.items()), **parts}
 
     @torch.no_grad()
     def log(self, path: Path) -> None:
@@ -204,6 +215,17 @@ class Skeleton(torch.nn.Module):
         bones = (matrix @ self.offsets[1:, :, None])[..., 0]
         hips = y[:, OUTPUT_SLICES["positions"]][:, None, :3]
         return self.ancestors @ torch.cat([hips, bones], dim=1)
+
+
+def feet_way(y: torch.Tensor, before: torch.Tensor, now: torch.Tensor) -> torch.Tensor:
+    """How far ankles and toes went over the floor in a frame: (batch, 4, 2) metres, in the earlier root frame.
+
+    before, now: joint positions (batch, 21, 3), each in its own root frame; y tells the root's step between them."""
+    step = y[:, OUTPUT_SLICES["root"]]
+    x, z = now[:, CONTACT_JOINTS, 0], now[:, CONTACT_JOINTS, 2]
+    sine, cosine = torch.sin(step[:, 2:]), torch.cos(step[:, 2:])
+    x, z = cosine * x + sine * z + step[:, :1], cosine * z - sine * x + step[:, 1:2]
+    return torch.stack([x, z], dim=-1) - before[:, CONTACT_JOINTS][..., [0, 2]]
 
 
 def set_statistics(network: PhaseFunctionedNetwork, frames: Frames) -> None:

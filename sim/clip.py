@@ -11,6 +11,7 @@ from sim.skeleton import CONTACT_JOINTS, INDEX, MIRROR, TOE_HEIGHT
 
 FPS = 60
 ROOT_SMOOTHING = 0.15  # seconds (Gaussian sigma): the root follows the way, not the sway of each step
+STILL_SPEED = 0.3  # metres a second under which the lowest joint of the feet counts as standing on the floor
 MIRROR_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])  # reflection through the YZ plane
 
 
@@ -48,6 +49,10 @@ class Clip:
         rotations = rot.slerp(self.rotations[low], self.rotations[low + 1], t[:, None, None])
         return replace(self, hips=hips, rotations=rotations, fps=fps)
 
+    def paced(self, pace: float) -> "Clip":
+        """The same motion played `pace` times as fast, at the same frame rate."""
+        return replace(replace(self, fps=self.fps * pace).resampled(self.fps), fps=self.fps) if pace != 1 else self
+
     def mirrored(self) -> "Clip":
         """Left and right exchanged."""
         return replace(self, hips=self.hips * np.array([-1.0, 1.0, 1.0]),
@@ -55,7 +60,7 @@ class Clip:
 
     def grounded(self) -> "Clip":
         """Moved vertically so that the planted toes stand at TOE_HEIGHT above a floor at 0."""
-        return replace(self, hips=self.hips - np.array([0.0, floor_height(self.positions()), 0.0]))
+        return replace(self, hips=self.hips - np.array([0.0, floor_height(self.positions(), self.fps), 0.0]))
 
 
 @dataclass(frozen=True)
@@ -66,12 +71,18 @@ class RootFrame:
     facing: np.ndarray
 
 
-def floor_height(positions: np.ndarray) -> float:
-    """The floor under a clip, from joint positions (frames, 21, 3): a low percentile of the lower foot's lowest joint.
+def floor_height(positions: np.ndarray, fps: float = FPS) -> float:
+    """The floor under a clip, from joint positions (frames, 21, 3): where the lowest joint of the feet is while it stands still.
 
-    Low, because feet stand on the floor most of the time and are never under it; not the minimum, because markers slip."""
-    lowest = positions[:, CONTACT_JOINTS, 1].min(axis=1)
-    return float(np.percentile(lowest, 20) - TOE_HEIGHT)
+    The middle of those heights, not the lowest: real toes and markers dip under the floor as a foot rolls off."""
+    feet = positions[:, CONTACT_JOINTS]
+    lowest = feet[..., 1].argmin(axis=1)
+    frames = np.arange(len(feet))
+    height = feet[frames, lowest, 1]
+    if len(feet) > 1:
+        speed = np.linalg.norm(np.gradient(feet, 1 / fps, axis=0), axis=-1)[frames, lowest]
+        height = height[speed <= max(STILL_SPEED, np.percentile(speed, 5))]
+    return float(np.median(height) - TOE_HEIGHT)
 
 
 def facing_of(positions: np.ndarray) -> np.ndarray:
