@@ -13,7 +13,7 @@ from sim.skeleton import BONE_OFFSETS, PARENTS
 
 
 def arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
-    """The arrays of the poses file by name: metres, radians, local quaternions wxyz whose signs run on from frame to frame."""
+    """The poses file's arrays by name: metres, radians, local quaternions wxyz with signs that run on."""
     def stack(values) -> np.ndarray:
         return np.array([np.asarray(value, dtype=np.float64) for value in values])
 
@@ -35,5 +35,5 @@ def arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
 
 def write(path: str | Path, frames: Sequence[Frame]) -> None:
     """Writes the poses file; equal frames give equal bytes. Raises OSError where it cannot be written."""
-    with replacing(path) as temporary, open(temporary, "wb") as file:  # a file object: numpy would add .npz to another name
+    with replacing(path) as temporary, open(temporary, "wb") as file:  # to a bare name numpy might add its .npz
         np.savez(file, **arrays(frames))

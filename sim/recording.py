@@ -1,4 +1,4 @@
-"""Recorded input: one JSON line for every frame at which the command changes, written as it happens (DESIGN.md, Sec. 4)."""
+"""Recorded input: a JSON line for each frame whose command changes, written as it happens (DESIGN.md, Sec. 4)."""
 
 import json
 import math
@@ -19,10 +19,10 @@ STICK_TOLERANCE = 1e-6  # how far rounding may push a full stick past length 1
 
 
 class Recorder:
-    """Writes commands to a new file, one `write` a frame; use it in a `with` block, or call `close` to end the recording.
+    """Writes commands to a new file, one `write` a frame; used in a `with` block, or ended by `close`.
 
-    A line goes out at once when something changes, and once a second when nothing does: a line that names only its frame says
-    how long the stretch before it has lasted, so that a crash loses less than a second of input.
+    A line goes out at once when something changes, and once a second when nothing does: a line that names only its
+    frame says how long the stretch before it has lasted, so that a crash loses less than a second of input.
     Raises FileExistsError rather than write over a recording."""
 
     def __init__(self, path: str | Path) -> None:
@@ -67,7 +67,7 @@ class Recorder:
 
 @dataclass(frozen=True)
 class Recording:
-    """Recorded commands: iterating yields one for each frame; `changes` holds (frame, command from then on), `len` the frames."""
+    """Recorded commands: iterating yields one a frame. `changes` holds (frame, the command from then on)."""
 
     changes: tuple[tuple[int, Command], ...]
     frames: int
@@ -88,7 +88,7 @@ class Recording:
 
 
 def read(path: str | Path) -> Recording:
-    """Reads a recording. One that was cut short plays up to and with the frame of its last whole line, and a warning says so.
+    """Reads a recording. One that was cut short plays up to and with the frame of its last whole line, with a warning.
 
     Raises OSError for a file that cannot be read, ValueError naming the line for anything that is not a recording."""
     *lines, tail = Path(path).read_bytes().split(b"\n")
@@ -99,7 +99,7 @@ def read(path: str | Path) -> Recording:
     number = 1
     try:
         _check_header(lines[0] if lines else tail)
-        for number, line in enumerate(lines[1:], 2):
+        for number, line in enumerate(lines[1:], 2):  # noqa: B007 - the error message below needs it
             if not line.strip():
                 continue
             if ended:
@@ -120,7 +120,7 @@ def read(path: str | Path) -> Recording:
 
 
 def _encode(command: Command) -> dict:
-    """A whole command in the format's terms; floats keep every bit (Python writes the shortest text that reads back the same)."""
+    """A whole command in the format's terms. Floats keep every bit: Python writes text that reads back the same."""
     return {"move": [float(v) for v in command.move],
             "face": None if command.face is None else [float(v) for v in command.face],
             "gait": command.gait,
@@ -183,7 +183,8 @@ def _fields_of(entry: dict, command: Command) -> dict:
             result[name] = _READERS[name](value, command)
         elif name not in ("frame", "end"):
             near = get_close_matches(name, _READERS, 1)
-            raise ValueError(f"unknown field {_shown(name)}: " + (f"did you mean '{near[0]}'?" if near else f"known are {', '.join(_READERS)}"))
+            hint = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(_READERS)}"
+            raise ValueError(f"unknown field {_shown(name)}: {hint}")
     return result
 
 

@@ -11,7 +11,7 @@ from sim.skeleton import JOINT_COUNT, PARTS, REST_HIPS_HEIGHT
 
 
 class FakeController:
-    """Slides in the rest pose as fast as the stick asks, facing where it goes."""
+    """Glides in the rest pose as fast as the stick asks, facing where it goes; no foot is ever planted."""
 
     def __init__(self) -> None:
         self.position, self.facing, self.frame = np.zeros(3), 0.0, 0
@@ -22,8 +22,9 @@ class FakeController:
         if command.face or any(command.move):
             self.facing = float(rot.yaw_of(np.array(command.face or command.move)))
         self.frame += 1
-        return Pose(self.position, self.facing, self.position + np.array([0.0, REST_HIPS_HEIGHT, 0.0]),
-                    np.tile(rot.from_yaw(self.facing), (JOINT_COUNT, 1)), np.ones(4), self.frame % FPS * 2 * np.pi / FPS)
+        hips = self.position + np.array([0.0, REST_HIPS_HEIGHT, 0.0])
+        rotations = np.tile(rot.from_yaw(self.facing), (JOINT_COUNT, 1))
+        return Pose(self.position, self.facing, hips, rotations, np.zeros(4), self.frame % FPS * 2 * np.pi / FPS)
 
 
 class FakeStylizer:
@@ -34,7 +35,7 @@ class FakeStylizer:
     def step(self, window, neutral, style) -> Pose:
         rotations = neutral.rotations.copy()
         for part, (_, strength) in style.items():
-            turn = rot.from_axis_angle(np.array([1.0, 0.0, 0.0]), strength / 2)
+            turn = rot.from_axis_angle(np.array([0.0, 0.0, 1.0]), strength / 2)
             rotations[list(PARTS[part])] = rot.multiply(rotations[list(PARTS[part])], turn)
         return neutral.with_body(neutral.hips, rotations)
 

@@ -1,0 +1,7 @@
+"""`python -m demo` is `patchwalk`."""
+
+import sys
+
+from demo.cli import main
+
+sys.exit(main())

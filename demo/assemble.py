@@ -1,0 +1,32 @@
+"""The one place where the two models meet the body and become a session."""
+
+import gc
+from pathlib import Path
+
+import torch
+
+from controller.runtime import PhaseFunctionedController
+from sim.latency import Latency
+from sim.session import Session
+from stylizer.live import LiveStylizer
+
+BUNDLED_RECORDING = Path(__file__).parent / "recordings" / "demo.jsonl"
+
+
+def build_session(stylizer: str | None = None, latency: Latency | None = None) -> Session:
+    """A session with trained weights, `stylizer` naming the style-transfer model's (None: the shipped one).
+
+    Raises ValueError or OSError, in one sentence, where weights are missing or made for something else."""
+    # A frame is too little work for a second thread, and one thread adds in one order: same input, same motion.
+    torch.set_num_threads(1)
+    torch.set_flush_denormal(True)  # numbers near zero, as at strength 0, cost a hundred times more otherwise
+    named = () if stylizer is None else (stylizer,)
+    session = Session(PhaseFunctionedController.from_pretrained(), LiveStylizer.from_pretrained(*named), latency)
+    gc.collect()
+    gc.freeze()  # what start-up left is here to stay: the collector need not walk it between two frames
+    return session
+
+
+def machine() -> dict:
+    """What the latency report says of this process besides processor and cores."""
+    return {"threads": torch.get_num_threads(), "torch": torch.__version__}

@@ -1,0 +1,87 @@
+"""The `patchwalk` command: a table of subcommands, and every user's mistake as one line on stderr and exit status 2."""
+
+import argparse
+import os
+import sys
+import warnings
+from typing import NoReturn, Sequence
+
+from demo.commands import bench, doctor, evaluate, live, replay, styles, stylize, train
+
+# Each module has HELP (one line), EXAMPLE, add_arguments(parser) and run(args) -> exit status; what is heavy it imports
+# inside run, so that --help and a mistyped word are answered at once.
+COMMANDS = {"replay": replay, "stylize": stylize, "styles": styles, "bench": bench, "evaluate": evaluate,
+            "train": train, "doctor": doctor}
+USER_ERROR, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
+ADVICE = {FileNotFoundError: "check the path", NotADirectoryError: "check the path", IsADirectoryError: "name a file",
+          PermissionError: "check its permissions", FileExistsError: "choose another name"}
+ROOMS = ("sim", "controller", "stylizer", "demo")
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse prints its usage before an error; here an error is a ValueError like any other."""
+
+    def error(self, message: str) -> NoReturn:
+        raise ValueError(f"{message}; see {self.prog} --help")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of the live window and of every command in the table; its result's `run` is the chosen one's."""
+    parser = _Parser(prog="patchwalk", **_texts(live))
+    live.add_arguments(parser)
+    parser.set_defaults(run=live.run)
+    subparsers = parser.add_subparsers(title="commands", metavar="COMMAND")
+    for name, module in COMMANDS.items():
+        subparser = subparsers.add_parser(name, help=module.HELP, **_texts(module))
+        module.add_arguments(subparser)
+        subparser.set_defaults(run=module.run)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command line and returns its exit status."""
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+        try:
+            status = _run(arguments)
+            sys.stdout.flush()
+            return status
+        except KeyboardInterrupt:
+            return INTERRUPTED
+        except BrokenPipeError:  # the reader of our output left; Python would complain once more when it closes stdout
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return BROKEN_PIPE
+        except ModuleNotFoundError as error:
+            if error.name is None or error.name.split(".")[0] in ROOMS:
+                raise
+            _say(f"the Python package '{error.name}' is not installed; `make run` or `pip install -e .` installs it")
+        except OSError as error:
+            _say(_sentence(error))
+        except ValueError as error:
+            _say(str(error))
+        return USER_ERROR
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    try:
+        args = build_parser().parse_args(arguments)
+    except SystemExit as leaving:  # argparse has printed a --help
+        return leaving.code
+    return args.run(args)
+
+
+def _texts(module) -> dict:
+    return {"description": module.HELP, "epilog": f"example:\n  {module.EXAMPLE}", "allow_abbrev": False,
+            "formatter_class": argparse.RawDescriptionHelpFormatter}
+
+
+def _sentence(error: OSError) -> str:
+    """What the system refused, and what to do about it."""
+    if not (error.filename and error.strerror):
+        return str(error)
+    return f"{error.filename}: {error.strerror}; {ADVICE.get(type(error), 'try another place')}"
+
+
+def _say(message: str) -> None:
+    """One line on stderr, whatever the message holds."""
+    print("patchwalk:", " ".join(message.split()), file=sys.stderr)

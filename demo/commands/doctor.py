@@ -1,0 +1,99 @@
+"""`patchwalk doctor`: what this machine has, what is missing and how to get it."""
+
+import argparse
+import os
+import platform
+from typing import Callable
+
+HELP = "show what this machine has, what is missing and how to get it"
+EXAMPLE = "patchwalk doctor"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """None."""
+
+
+def run(args: argparse.Namespace) -> int:
+    """Exit status 0 when recordings can be replayed here, with a window or without."""
+    able = True
+    for name, needed, check in CHECKS:
+        try:
+            mark, text = "ok", check()
+        except Exception as error:  # a doctor reports what is broken, whatever it is
+            mark, text = "MISSING" if needed else "none", " ".join(str(error).split())
+            able = able and not needed
+        print(f"{name:<19} {mark:<8} {text}")
+    print("Recordings can be replayed here." if able else "Recordings cannot be replayed here: see what is MISSING.")
+    return 0 if able else 1
+
+
+def _python() -> str:
+    return f"{platform.python_version()} on {platform.system()} {platform.machine()}"
+
+
+def _torch() -> str:
+    try:
+        import torch
+    except ImportError as error:
+        raise ValueError(f"{error}; `make run` installs it") from None
+    cuda = torch.cuda.get_device_name() if torch.cuda.is_available() else "no GPU; only training would use one"
+    return f"{torch.__version__} ({cuda})"
+
+
+def _threads() -> str:
+    from sim.latency import cpu_name
+    return f"a session uses 1 of {os.cpu_count()} cores ({cpu_name()})"
+
+
+def _controller() -> str:
+    from controller.runtime import PhaseFunctionedController
+    PhaseFunctionedController.from_pretrained()
+    return "loaded; they match this skeleton and feature layout"
+
+
+def _stylizer() -> str:
+    from stylizer.live import LiveStylizer
+    styles = LiveStylizer.from_pretrained().styles
+    return f"loaded; they match this skeleton and feature layout; {len(styles)} styles"
+
+
+def _display() -> str:
+    from demo.window import open_window
+    with open_window((320, 180)) as window:
+        return f"a window opens, drawn by {window.renderer_name}"
+
+
+def _offscreen() -> str:
+    from demo.window import open_window
+    with open_window((320, 180), visible=False) as window:
+        return f"pictures without a window, drawn by {window.renderer_name}"
+
+
+def _gamepads() -> str:
+    import pygame
+    pygame.joystick.init()
+    names = [pygame.joystick.Joystick(i).get_name() for i in range(pygame.joystick.get_count())]
+    if not names:
+        raise ValueError("plug one in at any time; the keyboard does everything too")
+    return ", ".join(names)
+
+
+def _ffmpeg() -> str:
+    try:
+        import imageio_ffmpeg
+        return f"{imageio_ffmpeg.get_ffmpeg_version()} (for --video)"
+    except (ImportError, RuntimeError):
+        raise ValueError("needed for --video only; pip install imageio-ffmpeg brings one") from None
+
+
+CHECKS: tuple[tuple[str, bool, Callable[[], str]], ...] = (  # name, whether replaying needs it, what finds out
+    ("Python", True, _python),
+    ("PyTorch", True, _torch),
+    ("threads", True, _threads),
+    ("controller weights", True, _controller),
+    ("stylizer weights", True, _stylizer),
+    ("display", False, _display),
+    ("OpenGL off-screen", False, _offscreen),
+    ("gamepads", False, _gamepads),
+    ("ffmpeg", False, _ffmpeg),
+)

@@ -1,0 +1,47 @@
+"""`patchwalk` alone: the live window, or, where none can be opened, the bundled recording replayed into out/."""
+
+import argparse
+from pathlib import Path
+
+HELP = "Steer a character and restyle it limb by limb; without a display, replay the bundled recording into out/."
+EXAMPLE = "patchwalk"
+OUT = Path("out")
+FILES = {"poses": "poses.npz", "bvh": "styled.bvh", "video": "video.mp4", "latency": "latency.json"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """None: everything is on the keys."""
+
+
+def run(args: argparse.Namespace) -> int:
+    from demo import assemble
+    from demo.window import NoDisplay, NoGL, has_display
+    reason = "there is no display"
+    if has_display():
+        from demo.live import run_live
+        session = assemble.build_session()
+        try:
+            run_live(session, session.stylizer.styles)
+            return 0
+        except (NoDisplay, NoGL) as error:
+            reason = str(error)
+    print(f"No window ({reason}): replaying the bundled recording into {OUT}/.")
+    replay_bundled(OUT)
+    return 0
+
+
+def replay_bundled(folder: Path) -> None:
+    """Writes everything that a replay can into `folder`: all but the video where this machine cannot make one."""
+    from demo import assemble
+    from demo.commands.replay import play
+    from demo.export import check_outputs
+    from sim import recording
+    folder.mkdir(exist_ok=True)
+    outputs = {kind: folder / name for kind, name in FILES.items()}
+    try:
+        check_outputs({"video": outputs["video"]})
+    except ValueError as error:
+        del outputs["video"]
+        print(f"No video: {error}.")
+    check_outputs(outputs)
+    play("bundled recording", recording.read(assemble.BUNDLED_RECORDING), outputs)

@@ -1,0 +1,73 @@
+"""`patchwalk replay`: play a recording, in the window or without one, and write what it made."""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import Mapping
+
+HELP = "play a recording and write its motion, its video and how long each stage took"
+EXAMPLE = "patchwalk replay walk.jsonl --headless --poses walk.npz --bvh walk.bvh --latency walk.json"
+OUTPUTS = {  # kind, as in demo.export.WRITERS: (metavar, help)
+    "poses": ("OUT.npz", "write neutral and styled motion as arrays"),
+    "bvh": ("OUT.bvh", "write the styled motion as BVH"),
+    "video": ("OUT.mp4", "write a video (needs OpenGL and ffmpeg, but no display)"),
+    "latency": ("OUT.json", "write how long each stage of a frame took"),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("recording", type=Path, metavar="REC", help="a recording (.jsonl), as R in the window makes")
+    parser.add_argument("--headless", action="store_true", help="open no window, even where there is a display")
+    for kind, (metavar, text) in OUTPUTS.items():
+        parser.add_argument(f"--{kind}", type=Path, metavar=metavar, help=text)
+    parser.add_argument("--stylizer", metavar="NAME", help="style-transfer weights other than the shipped ones")
+
+
+def run(args: argparse.Namespace) -> int:
+    from sim import recording
+    recorded = recording.read(args.recording)
+    outputs = {kind: path for kind in OUTPUTS if (path := getattr(args, kind))}
+    from demo.export import check_outputs
+    check_outputs(outputs, args.recording)
+    play(args.recording.name, recorded, outputs, args.stylizer, window=not args.headless)
+    return 0
+
+
+def play(name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None = None, window=False) -> None:
+    """Plays a sim.recording.Recording, in a window if asked and possible, else as fast as it goes; then writes the
+    outputs (kind -> path) and says on stdout what came of it."""
+    from demo import STARTED, assemble, export
+    from demo.style_names import check_styles
+    from sim.clip import FPS
+    session = assemble.build_session(stylizer)
+    check_styles(recorded.styles, session.stylizer.styles)
+    startup_s = time.perf_counter() - STARTED
+    frames = (_watched(session, recorded) if window else None) or _stepped(session, recorded)
+    result = export.Result(frames, session.latency, startup_s)
+    report = session.latency.report()
+    print(f"{name}: {len(frames)} frames, {len(frames) / FPS:.1f} s; a frame took {report['frame']['p50_ms']:.2f} ms "
+          f"at the median, {report['missed_60hz']} took over 16.67 ms")
+    for kind, path in outputs.items():
+        export.WRITERS[kind](path, result)
+        print(f"wrote {path}")
+
+
+def _stepped(session, recorded) -> list:
+    from tqdm import tqdm
+    with tqdm(recorded, "replay", unit="frame", leave=False, disable=not sys.stderr.isatty()) as commands:
+        return [session.step(command) for command in commands]
+
+
+def _watched(session, recorded) -> list | None:
+    """The frames, once shown; None, before the first step, where no window can be opened."""
+    from demo.window import NoDisplay, NoGL, has_display
+    if not has_display():
+        print("No display: replaying headless.")
+        return None
+    from demo.replay_window import watch
+    try:
+        return list(watch(session, recorded))
+    except (NoDisplay, NoGL) as error:
+        print(f"No window ({error}): replaying headless.")
+        return None

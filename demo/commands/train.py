@@ -1,0 +1,39 @@
+"""`patchwalk train`: learn the weights of a model from a folder of BVH files."""
+
+import argparse
+import importlib
+from pathlib import Path
+
+HELP = "train a model on a folder of BVH files"
+EXAMPLE = "patchwalk train controller --data mocap --minutes 60 --out runs/controller"
+MODELS = ("controller", "stylizer")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", choices=MODELS, help="what to train")
+    parser.add_argument("--data", type=Path, default=Path("../shared/mocap"), metavar="DIR",
+                        help="a folder of BVH files, searched to any depth (default: %(default)s)")
+    parser.add_argument("--minutes", type=_minutes, metavar="M", help="when to stop (default: enough for that model)")
+    parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the output folder")
+    parser.add_argument("--out", type=Path, metavar="DIR",
+                        help="where weights, checkpoint and curve go (default: runs/MODEL)")
+
+
+def run(args: argparse.Namespace) -> int:
+    if not args.data.is_dir():
+        raise ValueError(f"there is no folder {args.data}; name one that holds BVH files with --data")
+    if next(args.data.rglob("*.[bB][vV][hH]"), None) is None:
+        packed = next(args.data.glob("*.tar.*"), None)
+        hint = f"unpack its archives first: tar xf {packed} -C FOLDER" if packed else "name another with --data"
+        raise ValueError(f"{args.data} holds no BVH files; {hint}")
+    out = args.out or Path("runs") / args.model
+    budget = {} if args.minutes is None else {"minutes": args.minutes}
+    print(f"wrote {importlib.import_module(f'{args.model}.train').train(args.data, out, resume=args.resume, **budget)}")
+    return 0
+
+
+def _minutes(text: str) -> float:
+    minutes = float(text)
+    if not 0 < minutes < 1e6:
+        raise argparse.ArgumentTypeError(f"{text} is no number of minutes above 0")
+    return minutes

@@ -1,0 +1,42 @@
+"""A recording watched in a window: the live window's picture at the recording's own pace, without its keys."""
+
+import time
+from typing import Iterable, Iterator
+
+import pygame
+
+from demo.renderer import Renderer
+from demo.view import View
+from demo.window import open_window
+from sim.clip import FPS
+from sim.command import Command
+from sim.session import Frame, Session
+
+
+def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
+    """Every frame of the replay, each shown when its time has come; a slow machine shows fewer, and steps them all.
+
+    After Esc, or with the window closed, the rest comes as fast as it goes. Raises NoDisplay and NoGL (demo.window)."""
+    with open_window() as window:
+        renderer, view, watching, start = Renderer(window.size), View(), True, time.perf_counter()
+        for number, command in enumerate(commands):
+            frame = session.step(command)
+            yield frame
+            if not watching:
+                continue
+            watching = not any(_leaves(event) for event in pygame.event.get())
+            if window.follow_size():
+                renderer.resize(window.size)
+            view.follow(frame, 1 / FPS)
+            ahead = start + number / FPS - time.perf_counter()
+            if ahead < -1 / FPS and number % FPS:  # late: skip the picture, but show one a second however late
+                continue
+            time.sleep(max(0.0, ahead))
+            with session.latency.stage("render"):
+                window.bind()
+                renderer.draw(frame, view)
+            window.show()
+
+
+def _leaves(event: pygame.event.Event) -> bool:
+    return event.type == pygame.QUIT or (event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE)
