@@ -3,9 +3,9 @@
 Two kinds of skeleton are told apart:
 - those whose zero pose stands upright (ACCAD's woman, CMU 16, SNU, 100STYLE, Mixamo ...): our axes are the zero pose's
   own, leaned only so that limb bones coincide;
-- those whose local axes follow the bones, with no pose to speak of at zero (Bandai-Namco, CMU 69, LaFAN1 ...): our axes are
-  found from the bones and from left and right. Their axes were meant, so a direction close to one is taken to be it.
-For both, the motion then says the rest: which way knees and elbows bend, and how the soles lie when they are planted."""
+- those whose local axes follow the bones, with no pose to speak of at zero (Bandai-Namco, CMU 69, LaFAN1 ...): our axes
+  are found from the bones and from left and right. Their axes were meant: a direction close to one is taken to be it.
+For both, the motion says the rest: which way knees and elbows bend, and how the soles lie when they are planted."""
 
 import numpy as np
 
@@ -16,21 +16,21 @@ from sim.source_body import ENOUGH_PLANTED, SIDES, SourceBody
 LEFT, UP, FORWARD = np.eye(3)
 SNAP = np.cos(np.radians(35.0))  # a direction this near to a local axis was meant to be that axis
 TORSO = ("Hips", "Spine", "Chest", "Neck", "Head")
-# Upper joint, lower joint, end, and the hinge: the axis about which the lower bone turns as the limb bends, in our T-pose.
+# Upper joint, lower joint, end, and the hinge: the axis about which the limb bends, in our T-pose.
 LIMBS = [(side + "UpLeg", side + "Leg", side + "Foot", LEFT) for side in SIDES] + [
     ("LeftArm", "LeftForeArm", "LeftHand", -UP), ("RightArm", "RightForeArm", "RightHand", UP)]
 
 LEAST_BEND, LEAST_ROLL = 0.1, np.radians(10.0)  # a limb straighter on average shows no hinge; a smaller roll is posture
-# How far a sole may be pitched (skeletons without, with an upright zero pose) or rolled from where the skeleton says it is;
-# farther is a body on tiptoe, or lying.
+# How far a sole may be pitched (skeletons without, with an upright zero pose) or rolled from where the skeleton says
+# it is; farther is a body on tiptoe, or lying.
 MOST_PITCH, MOST_REST_PITCH, MOST_ROLL = np.radians((50.0, 30.0, 20.0))
-# A head that leans farther from the neck than this, on average over a clip, has a tilted axis, and is raised by so much.
+# A head that leans farther from the neck than this, on average over a clip, has a tilted axis and is raised by so much.
 # Only CMU 69's does, by 37 degrees and more; no clip of the other archives leans by more than 16.
 HEAD_LEANS, HEAD_TILT = np.radians((30.0, 30.0))
 
 
 def alignment(body: SourceBody) -> dict[str, np.ndarray]:
-    """Our joint -> our T-pose axes in the source joint's local frame, quaternions (4,), for the joints the source has."""
+    """Our joint -> our T-pose axes in the source joint's local frame, quaternions (4,), where the source has it."""
     axes = _rest_axes(body)
     if axes is not None and _rests_as_we_do(body):
         return {name: rot.IDENTITY for name in body.index}
@@ -44,7 +44,7 @@ def alignment(body: SourceBody) -> dict[str, np.ndarray]:
 
 
 def align(our_first: np.ndarray, our_second: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """The rotation (4,) that takes our_first exactly to the direction `first` and our_second as near as can be to `second`."""
+    """The rotation (4,) that takes our_first exactly to that of first, our_second as near as can be to second."""
     turn = rot.between(our_first, first)
     axis = rot.normalize(first)
     now, wanted = (v - axis * (v @ axis) for v in (rot.rotate(turn, our_second), second))
@@ -63,7 +63,7 @@ def _nearest_axis(direction: np.ndarray) -> np.ndarray:
 
 
 def _rest_axes(body: SourceBody) -> np.ndarray | None:
-    """Our axes (4,) in the zero pose; None if that does not stand upright with its legs down and its arms out or down."""
+    """Our axes (4,) in the zero pose; None if it does not stand upright, legs down and arms out or down."""
     rest = body.rest
     left, up = _nearest_axis(rest["LeftUpLeg"] - rest["RightUpLeg"]), _nearest_axis(rest["Head"] - rest["Hips"])
     if abs(left @ up) > 1e-6:
@@ -76,7 +76,7 @@ def _rest_axes(body: SourceBody) -> np.ndarray | None:
 
 
 def _rests_as_we_do(body: SourceBody) -> bool:
-    """True for our own skeleton, in files that Patchwalk wrote: nothing is measured, the motion comes back unchanged."""
+    """True for our own skeleton, in files that Patchwalk wrote: they come back unchanged."""
     if len(body.index) < JOINT_COUNT:
         return False
     theirs = np.array([body.rest[name] - body.rest[JOINTS[PARENTS[INDEX[name]]]] for name in JOINTS[1:]])

@@ -24,9 +24,9 @@ END_SITES = {"LeftToe": (0.0, 0.0, 0.07), "RightToe": (0.0, 0.0, 0.07), "Head": 
 class Motion:
     """A motion on any skeleton, in the file's own length unit and axes.
 
-    names (J), parents (J; -1 for a root), offsets (J, 3), end_sites {joint: offset (3,)}, channels per joint in file order,
-    positions (F, J, 3) relative to the parent (the offset where a joint has no position channels, which otherwise replace
-    it), rotations (F, J, 4) relative to the parent."""
+    names (J), parents (J; -1 for a root), offsets (J, 3), end_sites {joint: offset (3,)}, channels (J) in file order.
+    Relative to the parent: rotations (F, J, 4) and positions (F, J, 3), which are the offset unless position channels
+    replace it."""
 
     names: list[str]
     parents: list[int]
@@ -53,8 +53,8 @@ class Motion:
 def read(path) -> Motion:
     """The motion in a BVH file: any channel order, position channels on any joint, any frame rate.
 
-    Raises OSError if it cannot be opened and ValueError, naming file and line, if it is not a BVH file. What can be repaired
-    (a wrong frame count, a last frame cut short) is, with a warning."""
+    Raises OSError if it cannot be opened and ValueError, naming file and line, if it is not a BVH file. What can be
+    repaired (a wrong frame count, a last frame cut short) is, with a warning."""
     path = Path(path)
     lines = path.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
     motion_line = next((i for i, line in enumerate(lines) if line.strip().upper() == "MOTION"), None)
@@ -68,7 +68,8 @@ def read(path) -> Motion:
 
     offsets = np.array(offsets)
     positions = np.tile(offsets, (len(values), 1, 1))
-    angles, axes = np.zeros((len(values), len(names), 3)), np.zeros((len(names), 3), int)  # three rotation slots a joint
+    angles = np.zeros((len(values), len(names), 3))  # up to three rotations a joint, in file order
+    axes = np.zeros((len(names), 3), int)
     column = 0
     for joint, joint_channels in enumerate(channels):
         slot = 0
@@ -186,7 +187,7 @@ def _read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[
 
 
 def _numbers(words: list[str]) -> np.ndarray | None:
-    """The numbers in whitespace-separated text, None if anything else is there. numpy's parser is 20 times Python's speed."""
+    """The numbers in whitespace-separated text, None if anything else is there."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # the parser warns where it stops early
         try:
@@ -208,7 +209,7 @@ def from_clip(clip: Clip) -> Motion:
 def write(path, motion: Motion | Clip) -> None:
     """Writes a BVH file. It appears whole or not at all: the text goes to a temporary file that is then renamed.
 
-    Raises OSError if the folder cannot be written, ValueError for a joint that has some but not three rotation channels."""
+    Raises OSError if the folder cannot be written, ValueError for a joint with one or two rotation channels."""
     motion = from_clip(motion) if isinstance(motion, Clip) else motion
     path = Path(path)
     text = "\n".join(["HIERARCHY", *_hierarchy_lines(motion), "MOTION", f"Frames: {len(motion)}",

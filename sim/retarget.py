@@ -1,8 +1,8 @@
 """Retargeting: any humanoid motion onto our 21-joint skeleton, by global rotations.
 
-Each of our joints turns as one joint of the source does: our global rotation = theirs x a constant, so joints that we do
-not have fold in by themselves. sim/source_body.py reads the source, sim/alignment.py finds the constants. Everything is
-scaled by leg length, so a file's length unit never matters."""
+Each of our joints turns as one joint of the source does: our global rotation = theirs x a constant, so joints that we
+do not have fold in by themselves. sim/source_body.py reads the source, sim/alignment.py finds the constants. Everything
+is scaled by leg length, so a file's length unit never matters."""
 
 from pathlib import Path
 

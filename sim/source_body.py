@@ -7,13 +7,13 @@ from sim.bvh import Motion
 
 SIDES = ("Left", "Right")
 SAMPLES = 400  # frames from which a skeleton's constants are measured
-PLANTED_SPEEDS = (0.25, 0.5, 1.0)  # leg lengths a second below which a foot may carry the body; the first to find enough
+PLANTED_SPEEDS = (0.25, 0.5, 1.0)  # leg lengths a second under which a foot may be planted; the first to find enough
 PLANTED_HEIGHT = 0.06  # leg lengths above the lowest a foot comes
 ENOUGH_PLANTED = 8  # frames
 
 
 class SourceBody:
-    """World positions (F, J, 3) and rotations (F, J, 4) of the source's joints, turned Y up; `index`: our joint -> theirs."""
+    """World positions (F, J, 3) and rotations (F, J, 4) of the source, turned Y up; index: our joint -> theirs."""
 
     def __init__(self, motion: Motion, name_map: dict[str, str]):
         absent = [theirs for theirs in name_map.values() if theirs not in motion.names]
@@ -31,12 +31,12 @@ class SourceBody:
     def _stands_along_z(self) -> bool:
         """True if the file's up is +Z: the head is over the feet along Z nearly always, along Y nearly never.
 
-        A body that lies with its head to +Z throughout would be taken for one that stands; there is no telling them apart."""
+        A body that lies with its head to +Z throughout would be taken for standing: the two look the same."""
         up = rot.normalize(self.at("Head") - (self.at("LeftFoot") + self.at("RightFoot")) / 2)
         return np.mean(up[:, 2] > 0.8) > 0.8 and np.mean(up[:, 1] > 0.8) < 0.1
 
     def _rest(self) -> dict[str, np.ndarray]:
-        """The zero pose: our joint -> place (3,), from the mean translations (position channels replace the offsets)."""
+        """The zero pose: our joint -> place (3,), from mean translations (position channels replace offsets)."""
         place = self.motion.positions.mean(axis=0)
         for joint, parent in enumerate(self.motion.parents):
             if parent >= 0:
@@ -78,7 +78,7 @@ class SourceBody:
         return rot.cross(rot.normalize(first), rot.normalize(second))
 
     def planted(self) -> np.ndarray:
-        """(2, F) the frames in which the left and the right foot carry the body: slow, and as low as feet get in the clip."""
+        """(2, F) the frames in which the left and the right foot carry the body: slow, and as low as feet get."""
         if len(self.motion) < 3:
             return np.zeros((2, len(self.motion)), bool)
         joints = ("Foot", "Toe") if self.has("LeftToe", "RightToe") else ("Foot",)
