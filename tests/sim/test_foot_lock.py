@@ -1,0 +1,58 @@
+"""The foot lock on feet that slide, float, sink and lift."""
+
+import numpy as np
+import pytest
+
+from sim import rotations as rot
+from sim.foot_lock import FootLock
+from sim.kinematics import to_local
+from sim.pose import Pose
+from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, JOINT_COUNT, PARENTS, REST_HIPS_HEIGHT, TOE_HEIGHT
+from tests.sim.walker import walking_clip
+
+
+def standing(x: float = 0.0, lift: float = 0.0, contacts=(1, 1, 1, 1)) -> Pose:
+    rotations = np.tile(rot.IDENTITY, (JOINT_COUNT, 1))
+    rotations[[1, 5]] = rot.from_axis_angle(np.array([1.0, 0, 0]), -0.3)
+    rotations[[2, 6]] = rot.from_axis_angle(np.array([1.0, 0, 0]), 0.3)
+    pose = Pose(np.array([x, 0, 0]), 0.0, np.array([x, REST_HIPS_HEIGHT, 0]), rotations, np.array(contacts, float), 0.0)
+    sunk = pose.positions[CONTACT_JOINTS, 1].min() - TOE_HEIGHT
+    return pose.with_body(pose.hips - [0, sunk - lift, 0], rotations)
+
+
+def run(poses: list[Pose]) -> list[Pose]:
+    lock = FootLock()
+    return [lock.step(pose, pose) for pose in poses]
+
+
+def test_planted_feet_do_not_slide_while_the_body_sways():
+    locked = run([standing(0.04 * np.sin(t / 20)) for t in range(120)])
+    feet = np.array([p.positions[CONTACT_JOINTS] for p in locked])
+    assert np.ptp(feet[..., 0]) < 0.3 and np.abs(np.diff(feet[:, :, [0, 2]], axis=0)).max() < 1e-6
+    assert np.ptp([p.hips[0] for p in locked]) > 0.07
+
+
+def test_lifted_feet_come_back_to_where_the_motion_has_them():
+    poses = [standing(0.002 * t) for t in range(40)] + [standing(0.08, contacts=(0, 0, 0, 0)) for _ in range(60)]
+    locked = run(poses)
+    held, free = (np.linalg.norm(locked[t].positions[3] - poses[t].positions[3]) for t in (39, 99))
+    assert held > 0.05 and free < 0.001
+    steps = np.diff([p.positions[3] for p in locked], axis=0)
+    assert np.linalg.norm(steps, axis=1).max() < 0.02  # released, not snapped
+
+
+def test_nothing_sinks_under_the_floor_and_sunk_feet_rise():
+    locked = run([standing(lift=-0.1) for _ in range(30)])
+    assert min(p.positions[:, 1].min() for p in locked) >= 0
+    assert locked[-1].positions[CONTACT_JOINTS, 1].min() == pytest.approx(TOE_HEIGHT, abs=0.005)
+
+
+def test_bones_keep_their_length_and_the_upper_body_its_attitude():
+    clip = walking_clip(60).grounded()
+    rotations = clip.global_rotations()
+    poses = [Pose(clip.hips[t] * [1, 0, 1], 0.0, clip.hips[t], rotations[t], np.array([1.0, 1, 0, 0]), 0.0) for t in range(60)]
+    for before, after in zip(poses, run(poses)):
+        bones = after.positions[1:] - after.positions[PARENTS[1:]]
+        np.testing.assert_allclose(np.linalg.norm(bones, axis=-1), np.linalg.norm(BONE_OFFSETS[1:], axis=-1), atol=1e-9)
+        np.testing.assert_array_equal(after.rotations[9:], before.rotations[9:])
+        assert np.isfinite(to_local(after.rotations)).all()
