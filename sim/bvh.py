@@ -172,7 +172,7 @@ def _read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[
         if odd[0] < len(rows) - 1 or counts[-1] > width:
             raise ValueError(f"{path}, line {rows[odd[0]][0]}: {counts[odd[0]]} numbers where each frame has {width}")
         warnings.warn(f"{path}: the last frame is cut short and was left out", stacklevel=3)
-        rows = rows[:-1]
+        rows, declared = rows[:-1], None
     values = _numbers([line for _, line in rows])
     if values is None or not np.isfinite(values).all():
         number = next(n for n, line in rows if (v := _numbers([line])) is None or not np.isfinite(v).all())
@@ -180,7 +180,7 @@ def _read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[
     values = values.reshape(-1, width)
     if not len(values):
         raise ValueError(f"{path} holds no frames")
-    if declared != len(values):
+    if declared not in (None, len(values)):
         warnings.warn(f"{path}: {declared} frames announced, {len(values)} found and used", stacklevel=3)
     fps = 1.0 / seconds
     return (round(fps) if abs(fps - round(fps)) < 2e-4 * fps else fps), values
