@@ -129,7 +129,7 @@ class Live:
     def _panels(self, now: float) -> tuple:
         self._toasts = [toast for toast in self._toasts if toast[0] > now]
         status = panels.status(self.choice, self._figures, self.missed, self.devices.facing_held, self.recorder)
-        result = [panels.parts(self.choice), status]
+        result = [panels.parts(self.choice.style, self.choice.parts), status]
         if self._hints and not self.helping:
             result.append(panels.line(self._hints[0][1], "bottom"))
         result += [panels.line(text, "top", colour) for _, text, colour in self._toasts]

@@ -1,6 +1,7 @@
 """The panels of the live window: what each part wears, the status line, the help, single lines."""
 
 from functools import cache
+from typing import Collection, Mapping
 
 from demo import bindings
 from demo.colours import OWN_STYLE, style_colour
@@ -33,15 +34,15 @@ def readable(part: str) -> str:
     return "whole body" if part == "all" else part.replace("_", " ")
 
 
-def parts(choice: StyleChoice) -> Panel:
-    """The five parts with their styles and strengths; those that are picked are lit."""
+def parts(style: Mapping[str, tuple[str, float]], picked: Collection[str] = ()) -> Panel:
+    """The five parts with the styles and strengths of `style` (as in a Command); those that are picked are lit."""
     rows = []
     for part in PART_NAMES:
-        name, strength = choice.style.get(part, (OWN, None))
+        name, strength = style.get(part, (OWN, None))
         swatch = OWN_STYLE if strength is None else style_colour(name)
         rows.append((Cell(readable(part), INK, swatch), Cell(name, FAINT if strength is None else INK),
                      Cell("" if strength is None else f"{strength:.0%}")))
-    return Panel(tuple(rows), "top left", tuple(i for i, part in enumerate(PART_NAMES) if part in choice.parts))
+    return Panel(tuple(rows), "top left", tuple(i for i, part in enumerate(PART_NAMES) if part in picked))
 
 
 def status(choice: StyleChoice, figures: Figures, missed: int, facing_held: bool, recorder) -> Panel:

@@ -5,6 +5,7 @@ from typing import Iterable, Iterator
 
 import pygame
 
+from demo import panels
 from demo.renderer import Renderer
 from demo.view import View
 from demo.window import open_window
@@ -28,6 +29,7 @@ def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
             if window.follow_size():
                 renderer.resize(window.size)
             view.follow(frame, 1 / FPS)
+            view.panels = (panels.parts(frame.command.style),)
             ahead = start + number / FPS - time.perf_counter()
             if ahead < -1 / FPS and number % FPS:  # late: skip the picture, but show one a second however late
                 continue

@@ -7,6 +7,7 @@ from typing import Sequence
 
 from tqdm import tqdm
 
+from demo import panels
 from demo.renderer import Renderer
 from demo.view import View
 from demo.window import NoDisplay, NoGL, Window, open_window
@@ -44,6 +45,7 @@ def render(path: Path, frames: Sequence[Frame], latency: Latency) -> None:
         try:
             for frame in tqdm(frames, "video", unit="frame", leave=False, disable=not sys.stderr.isatty()):
                 view.follow(frame, 1 / FPS)
+                view.panels = (panels.parts(frame.command.style),)
                 with latency.stage("render"):
                     window.bind()
                     renderer.draw(frame, view)

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 
 import numpy as np
 import pygame
@@ -151,7 +152,8 @@ def _make_context(size: tuple[int, int], visible: bool) -> None:
         pygame.display.gl_set_attribute(attribute, value)
     flags = pygame.OPENGL | pygame.DOUBLEBUF | (pygame.RESIZABLE if visible else pygame.HIDDEN)
     try:
-        pygame.display.set_mode(size, flags, vsync=1 if visible else 0)
+        with warnings.catch_warnings(action="ignore"):  # pygame warns where it cannot wait for the screen; no harm done
+            pygame.display.set_mode(size, flags, vsync=1 if visible else 0)
     except pygame.error as error:
         if not visible:
             raise NoGL(f"OpenGL 3.3 cannot be had ({error}); {PACKAGES}") from None

@@ -21,10 +21,13 @@ def run(args: argparse.Namespace) -> int:
         from demo.live import run_live
         session = assemble.build_session()
         try:
-            run_live(session, session.stylizer.styles)
-            return 0
+            report = run_live(session, session.stylizer.styles)
         except (NoDisplay, NoGL) as error:
             reason = str(error)
+        else:
+            for path in report.files:
+                print(f"wrote {path}")
+            return 0
     print(f"No window ({reason}): replaying the bundled recording into {OUT}/.")
     replay_bundled(OUT)
     return 0
