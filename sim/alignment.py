@@ -10,7 +10,7 @@ For both, the motion says the rest: which way knees and elbows bend, and how the
 import numpy as np
 
 from sim import rotations as rot
-from sim.skeleton import BONE_OFFSETS, INDEX, JOINT_COUNT, JOINTS, PARENTS
+from sim.skeleton import BONE_OFFSETS, INDEX, JOINTS, PARENTS
 from sim.source_body import ENOUGH_PLANTED, SIDES, SourceBody
 
 LEFT, UP, FORWARD = np.eye(3)
@@ -77,7 +77,7 @@ def _rest_axes(body: SourceBody) -> np.ndarray | None:
 
 def _rests_as_we_do(body: SourceBody) -> bool:
     """True for our own skeleton, in files that Patchwalk wrote: they come back unchanged."""
-    if len(body.index) < JOINT_COUNT:
+    if [body.motion.names[body.index[name]] for name in JOINTS if body.has(name)] != list(JOINTS):
         return False
     theirs = np.array([body.rest[name] - body.rest[JOINTS[PARENTS[INDEX[name]]]] for name in JOINTS[1:]])
     scale = np.linalg.norm(BONE_OFFSETS[1:]) / max(np.linalg.norm(theirs), 1e-9)
