@@ -9,7 +9,7 @@ from demo import gl, shaders
 from demo.body import VISOR, Figure
 from demo.skin import Skin, make_skin
 
-SKIN_CELL, SHADOW_CELL = 0.020, 0.040  # metres: the shadow is blurred, coarser triangles do
+SKIN_CELL, SHADOW_CELL = 0.020, 0.045  # metres: the shadow is blurred, coarser triangles do
 SHADOW_PIXELS = 144
 MARK_FLOATS = 10
 
@@ -96,15 +96,16 @@ class Scenery:
 
     def __init__(self) -> None:
         self._array = GL.glGenVertexArrays(1)
-        self._sky = gl.program(shaders.FULL_VERTEX, shaders.SKY_FRAGMENT)
+        self._sky = gl.program(shaders.SKY_VERTEX, shaders.SKY_FRAGMENT)
         self._ground = gl.program(shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT)
 
-    def draw(self, shadow: int, slope, **uniforms) -> None:
-        """slope: sine of the elevation at the picture's lower border, and its growth up to the upper border."""
+    def draw(self, shadow: int, horizon: float, slope: tuple[float, float], **uniforms) -> None:
+        """horizon: its height in clip units; slope: sine of the elevation in the middle of the picture, and its growth to the top."""
         GL.glDisable(GL.GL_BLEND)
         GL.glBindVertexArray(self._array)
-        self._sky.use(slope=slope)
-        GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
+        if horizon < 1:
+            self._sky.use(horizon=horizon, slope=slope)
+            GL.glDrawArrays(GL.GL_TRIANGLE_STRIP, 0, 4)
         GL.glBindTexture(GL.GL_TEXTURE_2D, shadow)
         self._ground.use(**uniforms)
         GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)

@@ -3,12 +3,14 @@
 import numpy as np
 
 from demo import body, colours, hud, marks
+from demo.camera import Camera
 from demo.view import View
 from sim.session import Frame
 
 TO_LIGHT = np.array([0.36, 0.84, 0.41]) / np.linalg.norm([0.36, 0.84, 0.41])
 SHADOW_HALF_WIDTH = 1.55  # metres of ground round the character that its shadow can reach
 HARDWARE_SAMPLES = 4
+GROUND_SEEN = 60.0  # metres: sky is drawn down to where the ground that far off is, which the haze has made the sky's colour
 COLOUR_EASE = 0.15  # share of a colour's change that one picture makes
 
 __all__ = ["Renderer", "View"]
@@ -51,11 +53,10 @@ class Renderer:
 
         self._scene.bind()
         self._gl.clear_depth()
-        low = -camera.pitch - camera.field_of_view / 2
-        slope = (np.sin(low), np.sin(low + camera.field_of_view) - np.sin(low))
-        self._scenery.draw(shadow, slope, world_to_clip=world_to_clip, area=area, focus=camera.target)
+        self._scenery.draw(shadow, *_sky(camera, self.size), world_to_clip=world_to_clip, area=area, focus=camera.target)
         self._marks.draw(self._ground_marks(frame, view), world_to_clip=world_to_clip)
-        self._bodies.draw(figures, world_to_clip=world_to_clip, eye=camera.eye, to_light=TO_LIGHT)
+        half_pixel = np.tan(camera.field_of_view / 2) / min(self.size)
+        self._bodies.draw(figures, world_to_clip=world_to_clip, eye=camera.eye, to_light=TO_LIGHT, pixel=half_pixel)
 
         self._scene.resolve_to(output)
         self._panels.draw(hud.place(view.panels, self.size), *self.size)
@@ -80,3 +81,11 @@ class Renderer:
         if view.arrow:
             rows += marks.arrow(frame)
         return np.array(rows, np.float32)
+
+
+def _sky(camera: Camera, size: tuple[int, int]) -> tuple[float, tuple[float, float]]:
+    """Where the ground ends in the picture, in clip units, and the sine of the elevation in its middle with the growth to its top."""
+    half = np.arctan(np.tan(camera.field_of_view / 2) / min(1.0, size[0] / size[1]))
+    below = camera.pitch - np.arctan2(camera.eye[1], GROUND_SEEN)
+    middle = np.sin(-camera.pitch)
+    return float(np.tan(below) / np.tan(half)), (middle, np.sin(half - camera.pitch) - middle)

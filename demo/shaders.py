@@ -21,6 +21,7 @@ BODY_VERTEX = _SKIN + """
 layout(location = 4) in float openness;
 uniform vec4 tints[21];                           // display colour of each joint's skin
 uniform mat4 world_to_clip;
+uniform float pixel;                              // half a pixel's width one metre from the eye
 out vec3 world;
 out vec3 normal;
 out vec3 colour;                                  // linear, with the light that the body itself keeps away
@@ -37,6 +38,8 @@ void main() {
     colour = tint * tint * mix(0.45, 1.0, openness);
     bind = place;
     gl_Position = world_to_clip * vec4(world, 1.0);
+    // Half a pixel fatter, so that the outline's ramp from covered to not covered is drawn whole.
+    gl_Position = world_to_clip * vec4(world + normal * (pixel * gl_Position.w), 1.0);
 }
 """
 
@@ -54,7 +57,8 @@ out vec4 pixel;
 void main() {
     vec3 n = normalize(normal), v = normalize(eye - world);
     float facing = dot(n, v);
-    float covered = clamp(facing / max(fwidth(facing), 1e-4) + 0.25, 0.0, 1.0);
+    // Near the outline of something round, `facing` grows as the root of the distance: the slope there tells half of it.
+    float covered = clamp(0.5 * facing / max(length(vec2(dFdx(facing), dFdy(facing))), 1e-4), 0.0, 1.0);
     if ((covered < 1.0) != (edges > 0.5)) discard;
 
     vec3 off = (bind - visor) * vec3(15.0, 34.0, 15.0);
@@ -123,13 +127,23 @@ const vec3 HORIZON = vec3(0.860, 0.890, 0.915);
 const vec3 ZENITH = vec3(0.46, 0.60, 0.745);
 """
 
+SKY_VERTEX = VERSION + """
+uniform float horizon;  // where it is in the picture, in clip units: only what lies above is sky
+uniform vec2 slope;     // sine of the elevation in the middle of the picture and its growth from there to the top
+out float up;
+void main() {
+    float y = mix(max(horizon, -1.0), 1.0, float(gl_VertexID >> 1));
+    up = (slope.x + slope.y * y) * 1.7;
+    gl_Position = vec4(float(gl_VertexID & 1) * 2.0 - 1.0, y, 1.0, 1.0);
+}
+"""
+
 SKY_FRAGMENT = VERSION + SKY + """
-uniform vec2 slope;  // sine of the elevation at the bottom of the picture and its growth over the picture
-in vec2 uv;
+in float up;
 out vec4 pixel;
 void main() {
-    float up = clamp((slope.x + slope.y * uv.y) * 1.7, 0.0, 1.0);
-    pixel = vec4(mix(HORIZON, ZENITH, up * (2.0 - up)), 1.0);
+    float high = clamp(up, 0.0, 1.0);
+    pixel = vec4(mix(HORIZON, ZENITH, high * (2.0 - high)), 1.0);
 }
 """
 
@@ -137,11 +151,12 @@ GROUND_VERTEX = VERSION + """
 uniform mat4 world_to_clip;
 uniform vec3 area;
 uniform vec3 focus;  // under the camera's target
+const float GROUND_REACH = 100.0;  // metres: the haze has long closed over it
 out vec2 world;
 out vec2 from_focus;
 out vec2 shadow_uv;
 void main() {
-    from_focus = 100.0 * (2.0 * vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) - 1.0);  // one triangle, wider than the haze
+    from_focus = GROUND_REACH * (2.0 * vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) - 1.0);  // one triangle, wider than the haze
     world = focus.xz + from_focus;
     shadow_uv = 0.5 + 0.5 * (world - area.xy) / area.z;
     gl_Position = world_to_clip * vec4(world.x, 0.0, world.y, 1.0);
@@ -155,21 +170,20 @@ in vec2 from_focus;
 in vec2 shadow_uv;
 out vec4 pixel;
 
-// How much of the pixel lies on lines `width` wide at every whole number; where lines crowd, their mean.
-float lines(vec2 p, float width) {
-    vec2 pixel_size = fwidth(p);
+// How much of a pixel lies on lines `width` wide at every whole number, with `density` pixels to 1; where lines crowd, their mean.
+float lines(vec2 p, vec2 density, float width) {
     vec2 away = abs(fract(p - 0.5) - 0.5);
-    vec2 covered = clamp((width - away) / pixel_size + 0.5, 0.0, 1.0) * clamp(width * 2.0 / pixel_size, 0.0, 1.0);
+    vec2 covered = clamp((width - away) * density + 0.5, 0.0, 1.0) * min(width * 2.0 * density, 1.0);
     return max(covered.x, covered.y);
 }
 
 void main() {
     float distance = dot(from_focus, from_focus);
+    vec2 density = 1.0 / fwidth(world);
+    float marks = 0.055 * lines(world, density, 0.010) + 0.080 * lines(world * 0.2, density * 5.0, 0.0035);
+    float shade = texture(shadow, shadow_uv).r * step(max(abs(shadow_uv.x - 0.5), abs(shadow_uv.y - 0.5)), 0.5);
     vec3 ground = mix(vec3(0.735, 0.765, 0.790), vec3(0.815, 0.832, 0.845), 1.0 / (1.0 + distance * 0.06));
-    ground -= 0.060 * lines(world, 0.010) + 0.085 * lines(world * 0.2, 0.0035);
-    vec2 inside = step(abs(shadow_uv - 0.5), vec2(0.5));
-    ground *= 1.0 - texture(shadow, shadow_uv).r * inside.x * inside.y;
-    pixel = vec4(mix(HORIZON, ground, 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
+    pixel = vec4(mix(HORIZON, (ground - marks) * (1.0 - shade), 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
 }
 """
 

@@ -4,6 +4,7 @@ The surface is where a smooth union of distances (log-sum-exp) is zero; the tria
 and each corner is then moved onto the surface. A corner follows the joints whose capsules are near it."""
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -12,7 +13,7 @@ from demo import body
 from sim import rotations as rot
 from sim.skeleton import JOINT_COUNT
 
-MELT = 0.013  # metres: how softly capsules run into each other
+MELT = 0.017  # metres: how softly capsules run into each other
 REACH = 0.09  # metres round a capsule beyond which it does not count
 TIE = 0.020  # metres: how softly the skin passes from one joint to the next
 TIES = 4  # joints a corner may follow
@@ -30,6 +31,7 @@ class Skin:
     triangles: np.ndarray
 
 
+@cache
 def make_skin(cell: float) -> Skin:
     """The skin in triangles of about `cell` metres."""
     low, high = body.BIND.positions.min(0) - 0.3, body.BIND.positions.max(0) + 0.3

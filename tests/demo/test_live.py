@@ -1,0 +1,197 @@
+"""The live loop, driven by synthetic SDL events and a clock of its own, without a screen: steer, restyle, record, leave."""
+
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+
+from demo import panels
+from demo.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
+from demo.style_choice import StyleChoice
+from demo.window import NoDisplay, NoGL, open_window
+from sim import recording
+from tests.demo.fakes import BENDS, fake_session
+
+SIZE = (320, 180)
+STYLES = tuple(BENDS)
+
+
+class Clock:
+    """Stands still but for what sleeps, and what `costs` names for each picture."""
+
+    def __init__(self, costs=()) -> None:
+        self.now, self.costs = 100.0, list(costs)
+
+    def __call__(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        assert seconds > 0
+        self.now += seconds
+
+    def on(self, window):
+        """Each picture that `window` shows takes its time."""
+        def show() -> None:
+            self.now += self.costs.pop(0) if self.costs else 0.0
+        window.show = show
+        return window
+
+
+@pytest.fixture
+def screen(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    try:
+        opened = open_window(SIZE, visible=False)
+    except (NoGL, NoDisplay) as error:
+        pytest.skip(f"no pictures on this machine: {error}")
+    with opened:
+        yield opened
+
+
+def key(name: str, down: bool = True) -> pygame.event.Event:
+    return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=pygame.key.key_code(name), mod=0, unicode="", scancode=0)
+
+
+def play(screen, script: dict[int, list], seconds: float, session=None, styles=STYLES, **options) -> tuple[Live, list]:
+    """Runs with the events of `script` posted before their frame; gives the run and every command that was stepped."""
+    session, clock, commands = session or fake_session(), Clock(), []
+    live = Live(session, styles, screen, clock=clock, **options)
+    step, plain_step = live.step, session.step
+
+    def step_with_events() -> None:
+        for event in script.get(live.frames, []):
+            pygame.event.post(event)
+        step()
+
+    def spy(command):
+        commands.append(command)
+        return plain_step(command)
+
+    live.step, session.step = step_with_events, spy
+    live.run(seconds, clock.sleep)
+    live.stop_recording()
+    return live, commands
+
+
+def test_a_run_on_time_misses_nothing(screen):
+    clock = Clock()
+    session = fake_session()
+    report = run_live(session, STYLES, seconds=0.5, window=screen, clock=clock, sleep=clock.sleep)
+    assert (report.frames, report.pictures, report.missed, report.files) == (30, 30, 0, ())
+    assert len(session.latency.seconds["render"]) == 30
+    assert clock.now == pytest.approx(100.0 + 29 * FRAME_SECONDS)
+
+
+def test_slow_pictures_are_made_up_for_with_more_steps(screen):
+    """At 30 pictures a second simulated time still runs at 60 frames."""
+    clock = Clock([1.9 * FRAME_SECONDS] * 100)
+    report = run_live(fake_session(), STYLES, seconds=1.0, window=clock.on(screen), clock=clock, sleep=clock.sleep)
+    assert report.frames == 60 and report.missed == 0 and 30 <= report.pictures <= 34
+    assert clock.now - 100 == pytest.approx(1.0, abs=3 * FRAME_SECONDS)
+
+
+def test_a_long_stop_is_counted_and_not_raced_after(screen):
+    stop = 30
+    clock = Clock([0, 0, (stop + 0.5) * FRAME_SECONDS])
+    report = run_live(fake_session(), STYLES, seconds=0.5, window=clock.on(screen), clock=clock, sleep=clock.sleep)
+    assert report.missed == stop - MAX_CATCH_UP and report.frames == 30
+    assert report.pictures == 30 - (MAX_CATCH_UP - 1)
+
+
+def test_keys_steer_pick_style_and_leave(screen):
+    script = {2: [key("w"), key("left shift")], 10: [key("4"), key("]"), key("-"), key("-")], 20: [key("n")], 30: [key("escape")]}
+    live, commands = play(screen, script, seconds=5)
+    assert live.leaving and live.frames < 40 and live.view.twin
+    assert commands[0].move == (0, 0) and np.hypot(*commands[15].move) == pytest.approx(1) and commands[15].gait == "run"
+    away = live.view.camera.forward[[0, 2]]
+    np.testing.assert_allclose(commands[15].move, away / np.linalg.norm(away), atol=0.02)
+    assert commands[5].style == {} and commands[-1].style == {"left_arm": ("bent", 0.8)}
+
+
+def test_closing_the_window_leaves(screen):
+    live, _ = play(screen, {3: [pygame.event.Event(pygame.QUIT)]}, seconds=5)
+    assert live.leaving and live.frames < 10
+
+
+def test_a_recording_holds_the_commands_that_were_stepped(screen):
+    script = {5: [key("r")], 10: [key("d")], 20: [key("1"), key("]")], 30: [key("w")], 40: [key("r")]}
+    live, commands = play(screen, script, seconds=1)
+    (path,) = live.files
+    assert path.parent == Path.cwd() and path.suffix == ".jsonl" and live.recorder is None
+    recorded = list(recording.read(path))
+    start = next(i for i in range(len(commands)) if commands[i:i + len(recorded)] == recorded)
+    assert len(recorded) == 35 and start in (5, 6)
+    assert recorded[-1].style == {"left_leg": ("bent", 1.0)}
+
+
+def test_a_recording_ends_when_the_window_is_closed(screen):
+    pygame.event.post(key("r"))
+    clock = Clock()
+    report = run_live(fake_session(), STYLES, seconds=0.2, window=screen, clock=clock, sleep=clock.sleep)
+    assert len(recording.read(report.files[0])) == 11
+
+
+def test_a_recording_that_cannot_be_written_is_said_on_screen(screen):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    live, _ = play(screen, {3: [key("r")]}, seconds=0.2, recorder_factory=refuse)
+    assert live.frames == 12 and live.files == [] and live.recorder is None
+    assert any("Permission denied" in text for _, text, _ in live._toasts)
+
+
+def test_a_style_that_the_bank_refuses_is_said_and_taken_back(screen):
+    live, commands = play(screen, {3: [key("]")], 6: [key("w")]}, seconds=0.3, styles=("gone",))
+    assert any("unknown style 'gone'" in text for _, text, _ in live._toasts)
+    assert live.choice.style == {} and commands[-1].style == {} and live.frames == 18
+
+
+def test_a_screenshot_is_the_picture_with_its_text(screen):
+    live, _ = play(screen, {4: [key("f12")]}, seconds=0.2)
+    (path,) = live.files
+    saved = pygame.surfarray.array3d(pygame.image.load(str(path))).swapaxes(0, 1)
+    assert saved.shape == (*SIZE[::-1], 3) and saved.std() > 10
+
+
+def test_hints_go_as_they_are_followed(screen):
+    live, _ = play(screen, {}, seconds=0.05)
+    first = live._hints[0]
+    live.do("style_next")
+    assert live._hints[0] is first, "in their order"
+    for action in ("forward", "pick_spine", "style_next", "stronger", "help"):
+        live.do(action)
+    assert live._hints == []
+
+
+def test_resizing_reaches_the_renderer(screen):
+    live, _ = play(screen, {}, seconds=0.05)
+    def follow_size() -> bool:
+        screen.size = (160, 90)
+        return True
+    screen.follow_size = follow_size
+    live.do("resized")
+    live.draw()
+    assert live.renderer.size == (160, 90)
+
+
+def texts(panel) -> str:
+    return " ".join(cell.text for row in panel.rows for cell in row)
+
+
+def test_the_status_line_names_part_style_strength_times_and_missed():
+    choice, figures = StyleChoice(STYLES), panels.Figures(0.25)
+    choice.pick("left_arm")
+    choice.cycle(1)
+    choice.change_strength(-3)
+    for now in np.arange(0, 1, 0.125):
+        figures.tick(now, 5.0, 12.0)
+    text = texts(panels.status(choice, figures, 7, False, None))
+    for part in ("left arm", "bent", "70%", "frame 5.0 ms", "drawing 12.0 ms", "8 pictures/s", "missed 7"):
+        assert part in text
+
+
+def test_the_help_shows_every_control():
+    text = texts(panels.controls())
+    for word in ("W A S D", "F12", "Esc", "wheel", "left stick", "record"):
+        assert word in text

@@ -1,0 +1,262 @@
+"""The picture: its skin and camera as plain numbers, then the renderer without a screen, one picture against a golden one."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+
+from demo import body, colours, window
+from demo.camera import Camera
+from demo.hud import Cell, Panel, place
+from demo.renderer import Renderer, View
+from demo.skin import make_skin
+from demo.window import NoDisplay, NoGL, open_window
+from sim.command import Command
+from sim.pose import Pose
+from sim.session import Frame
+from sim.skeleton import JOINT_COUNT, REST_HIPS_HEIGHT
+from tests.demo.fakes import fake_session
+
+SIZE = (320, 180)
+GOLDEN = Path(__file__).parents[1] / "golden" / "walk_320x180.png"
+FAILED = Path(__file__).parents[2] / "out" / "walk_320x180_failed.png"
+MEAN_TOLERANCE, FAR_OFF, FAR_OFF_SHARE = 2.0, 48, 0.01  # of 255; drivers differ by a little everywhere and by much on few outlines
+STYLE = {"left_arm": ("bent", 1.0), "right_arm": ("bent", 1.0), "spine": ("flapping", 0.5)}
+
+
+def frame_of(steps: int = 50, move=(1.0, 0.3), style=STYLE) -> Frame:
+    session = fake_session()
+    for _ in range(steps):
+        frame = session.step(Command(move=tuple(np.array(move) / max(1, np.hypot(*move))), style=style))
+    return frame
+
+
+def view_of(frame: Frame, **settings) -> View:
+    view = View(**settings)
+    view.follow(frame, 10.0)
+    return view
+
+
+# ---- skin and camera --------------------------------------------------------------------------------------------------------
+
+@pytest.fixture(scope="module")
+def skin():
+    return make_skin(0.035)
+
+
+def test_skin_is_closed_and_turned_outwards(skin):
+    a, b, c = skin.triangles.T
+    edges = np.concatenate([np.stack(pair, -1) for pair in ((a, b), (b, c), (c, a))])
+    assert sorted(edges.tolist()) == sorted(edges[:, ::-1].tolist()), "each edge is used as often one way as the other"
+    p, q, r = (skin.positions[corner] for corner in (a, b, c))
+    volume = np.sum(p * np.cross(q, r)) / 6
+    assert 0.04 < volume < 0.10, "cubic metres: a person"
+
+
+def test_skin_stands_on_the_floor_and_is_as_tall_as_the_skeleton(skin):
+    assert -0.02 < skin.positions[:, 1].min() < 0.03
+    assert 1.70 < skin.positions[:, 1].max() < 1.80
+
+
+def test_skin_hangs_on_nearby_joints(skin):
+    np.testing.assert_allclose(skin.weights.sum(-1), 1)
+    main = skin.joints[np.arange(len(skin.joints)), skin.weights.argmax(-1)]
+    assert set(skin.joints[skin.weights > 0.1]) == set(range(JOINT_COUNT)), "every joint moves something"
+    assert np.linalg.norm(skin.positions - body.BIND.positions[main], axis=-1).max() < 0.45
+
+
+def test_bones_leave_the_bind_pose_alone_and_carry_the_skin_with_a_pose():
+    identity = np.eye(3, 4)
+    np.testing.assert_allclose(body.bones(body.BIND), np.broadcast_to(identity, (JOINT_COUNT, 3, 4)), atol=1e-6)
+    pose = frame_of().styled
+    bones = body.bones(pose, shift=(1.0, 0, 0))
+    bind = np.concatenate([body.BIND.positions, np.ones((JOINT_COUNT, 1))], axis=-1)
+    np.testing.assert_allclose((bones @ bind[..., None])[..., 0], pose.positions + [1.0, 0, 0], atol=1e-5)
+
+
+def project(camera: Camera, point, aspect=16 / 9) -> np.ndarray:
+    clip = camera.world_to_clip(aspect) @ np.append(point, 1.0)
+    return clip[:3] / clip[3]
+
+
+def test_camera_has_its_target_in_the_middle_and_its_right_on_the_right():
+    camera = Camera(yaw=0.7)
+    np.testing.assert_allclose(project(camera, camera.target)[:2], 0, atol=1e-9)
+    assert project(camera, camera.target + camera.right)[0] > 0.1
+    assert project(camera, camera.target + [0, 0.5, 0])[1] > 0.1
+
+
+def test_camera_follows_eases_and_keeps_its_limits():
+    camera = Camera()
+    camera.follow(np.array([1.0, 0, 0]), 1 / 60)
+    assert 0 < camera.target[0] < 0.5
+    camera.orbit(1.0, -9.0)
+    camera.zoom(1000)
+    camera.follow(np.array([1.0, 0, 0]), 10.0)
+    assert camera.target[0] == pytest.approx(1.0) and camera.eye[1] > 0 and camera.distance > 1
+    assert camera.yaw == pytest.approx(np.pi + 1.6)
+
+
+def test_body_stays_in_a_picture_that_is_higher_than_wide():
+    for x in (-0.7, 0.7):
+        assert abs(project(Camera(yaw=np.pi), (x, 0.9, 0.0), aspect=0.5)[0]) < 1
+
+
+def test_style_colours_are_stable_and_tell_styles_apart():
+    assert colours.style_colour("old") == colours.style_colour("old") != colours.style_colour("proud")
+    half, full = (colours.part_colours({"spine": ("old", strength)})[2] for strength in (0.5, 1.0))
+    np.testing.assert_allclose(half, (full + colours.OWN_STYLE) / 2)
+    np.testing.assert_allclose(colours.part_colours({}), np.tile(colours.OWN_STYLE, (5, 1)))
+
+
+# ---- windows ----------------------------------------------------------------------------------------------------------------
+
+def test_nothing_of_opengl_is_imported_before_a_window_is_open():
+    code = "import sys, demo.live, demo.renderer, demo.window; sys.exit('OpenGL' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parents[2]).returncode == 0
+
+
+def test_no_display_and_no_gl_are_said_in_a_sentence(monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    if sys.platform == "linux":
+        with pytest.raises(NoDisplay, match="DISPLAY"):
+            open_window()
+
+    def refuse(*_, **__):
+        raise pygame.error("no such thing")
+
+    monkeypatch.setattr(pygame.display, "set_mode", refuse)
+    with pytest.raises(NoGL, match="apt-get install libegl1"):
+        open_window(visible=False)
+
+
+def test_an_old_opengl_is_refused(monkeypatch):
+    monkeypatch.setattr(window, "GL_VERSION", (9, 9))
+    with pytest.raises(NoGL):
+        open_window(visible=False)
+
+
+# ---- pictures ---------------------------------------------------------------------------------------------------------------
+
+@pytest.fixture
+def screen():
+    try:
+        opened = open_window(SIZE, visible=False)
+    except (NoGL, NoDisplay) as error:
+        pytest.skip(f"no pictures on this machine: {error}")
+    with opened:
+        yield opened
+        from OpenGL import GL
+        assert GL.glGetError() == GL.GL_NO_ERROR
+
+
+def picture(screen, frame: Frame, view: View, **options) -> np.ndarray:
+    Renderer(screen.size, **options).draw(frame, view)
+    return screen.read_pixels().astype(int)
+
+
+def test_golden_picture(screen):
+    """To make a new one after a change that is meant: delete the golden file, run, look at what is saved in out/, move it here."""
+    frame = frame_of()
+    pixels = picture(screen, frame, view_of(frame, twin=True), samples=0)
+    FAILED.parent.mkdir(exist_ok=True)
+    pygame.image.save(pygame.image.frombuffer(pixels.astype(np.uint8).tobytes(), SIZE, "RGB"), str(FAILED))
+    golden = pygame.surfarray.array3d(pygame.image.load(str(GOLDEN))).swapaxes(0, 1).astype(int)
+    off = np.abs(pixels - golden)
+    assert off.mean() < MEAN_TOLERANCE and (off.max(-1) > FAR_OFF).mean() < FAR_OFF_SHARE, f"look at {FAILED}"
+    FAILED.unlink()
+
+
+def test_sky_is_above_and_ground_below(screen):
+    pixels = picture(screen, frame_of(1), View())
+    assert pixels.shape == (180, 320, 3)
+    top, bottom = pixels[0].mean(0), pixels[-1].mean(0)
+    assert top[2] - top[0] > 30, "blue sky in the first row"
+    assert abs(bottom[2] - bottom[0]) < 20, "grey ground in the last"
+
+
+def body_mask(screen, frame, view) -> np.ndarray:
+    """Pixels that differ from the same scene with the character far away."""
+    away = Frame(frame.command, frame.neutral, moved(frame.styled, (0, 0, 500.0)))
+    return np.abs(picture(screen, frame, view) - picture(screen, away, view)).max(-1) > 40
+
+
+def moved(pose: Pose, shift) -> Pose:
+    return Pose(pose.root_position + shift, pose.root_facing, pose.hips + shift, pose.rotations, pose.contacts, pose.phase)
+
+
+def test_the_character_is_in_the_middle_and_whole(screen):
+    frame = frame_of(1, move=(0, 0), style={})
+    rows, columns = np.nonzero(body_mask(screen, frame, View()))
+    assert 0.5 < (rows.max() - rows.min()) / SIZE[1] < 0.9
+    assert rows.min() > 10 and rows.max() < 170 and abs(columns.mean() - 160) < 15
+
+
+def test_a_styled_part_wears_its_colour(screen):
+    plain = frame_of(1, move=(0, 0), style={})
+    styled = Frame(Command(style={"spine": ("old", 1.0)}), plain.neutral, plain.styled)
+    view = View(arrow=False)
+    changed = np.abs(picture(screen, styled, view) - picture(screen, plain, view)).max(-1) > 25
+    rows, _ = np.nonzero(changed)
+    assert changed.sum() > 300 and rows.max() < 110, "the trunk and the head, not the legs"
+    middle = picture(screen, styled, view)[changed].mean(0) / 255
+    wanted = np.array(colours.style_colour("old"))
+    assert np.argmax(middle) == np.argmax(wanted) and np.argmin(middle) == np.argmin(wanted)
+
+
+def test_the_twin_stands_beside(screen):
+    frame = frame_of()
+    camera = view_of(frame, twin=True).camera
+    alone, both = (picture(screen, frame, View(camera=camera, twin=twin)) for twin in (False, True))
+    columns = np.nonzero(np.abs(both - alone).max(-1) > 40)[1]
+    assert 0 < columns.mean() < 150, "left of the middle, the character right of it"
+
+
+def test_panels_cover_their_box_only(screen):
+    frame, panel = frame_of(1), Panel(((Cell("left arm"), Cell("old")),), "top left")
+    changed = np.abs(picture(screen, frame, View(panels=(panel,))) - picture(screen, frame, View())).max(-1) > 3
+    (_, left, top, (width, height), _), = place((panel,), SIZE)
+    rows, columns = np.nonzero(changed)
+    assert (columns.min(), columns.max()) == pytest.approx((left, left + width), abs=2)
+    assert (rows.min(), rows.max()) == pytest.approx((top, top + height), abs=2)
+
+
+def test_panel_textures_are_kept_while_shown_and_freed_after(screen):
+    frame, renderer = frame_of(1), Renderer(SIZE)
+    panels = [Panel(((Cell(f"line {number}"),),)) for number in range(3)]
+    for shown in (panels[:1], panels[:1], panels[1:], []):
+        renderer.draw(frame, View(panels=tuple(shown)))
+        assert {key[0] for key in renderer._panels._textures} == set(shown)
+
+
+def test_resizing_and_samples(screen):
+    frame = frame_of()
+    view = view_of(frame)
+    sharp, smooth = picture(screen, frame, view, samples=0), picture(screen, frame, view, samples=4)
+    assert 0 < np.abs(sharp - smooth).mean() < 3, "the same picture, its edges but for"
+
+    renderer = Renderer(SIZE)
+    renderer.resize((160, 90))
+    renderer.draw(frame, view)
+    small = screen.read_pixels()[-90:, :160].astype(int)  # drawn into the window's lower left corner
+    halved = sharp.reshape(90, 2, 160, 2, 3).mean((1, 3))
+    assert np.abs(small - halved).mean() < 6
+
+
+def test_a_new_window_after_an_old_one(screen):
+    screen.close()
+    with open_window((64, 48), visible=False) as again:
+        assert picture(again, frame_of(1), View()).std() > 5
+
+
+def test_rest_pose_feet_cast_shadows(screen):
+    pose = Pose(np.zeros(3), 0.0, np.array([0, REST_HIPS_HEIGHT, 0]), np.tile([1.0, 0, 0, 0], (JOINT_COUNT, 1)), np.zeros(4), 0.0)
+    high = Pose(pose.root_position, 0.0, pose.hips + [0, 3.0, 0], pose.rotations, pose.contacts, 0.0)
+    view = View(camera=Camera(pitch=0.9), arrow=False)
+    standing, flying = (picture(screen, Frame(Command(), p, p), view) for p in (pose, high))
+    ground = slice(105, 125)
+    assert standing[ground, 100:220].min() < flying[ground, 100:220].min() - 25
