@@ -14,7 +14,7 @@ COMMANDS = {"replay": replay, "stylize": stylize, "styles": styles, "bench": ben
             "train": train, "doctor": doctor}
 USER_ERROR, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 ADVICE = {FileNotFoundError: "check the path", NotADirectoryError: "check the path", IsADirectoryError: "name a file",
-          PermissionError: "check its permissions", FileExistsError: "choose another name"}
+          PermissionError: "check its permissions", FileExistsError: "move it away or choose another name"}
 ROOMS = ("sim", "controller", "stylizer", "demo")
 
 
@@ -77,8 +77,8 @@ def _texts(module) -> dict:
 
 def _sentence(error: OSError) -> str:
     """What the system refused, and what to do about it."""
-    if not (error.filename and error.strerror):
-        return str(error)
+    if not error.filename:
+        return error.strerror or str(error)
     return f"{error.filename}: {error.strerror}; {ADVICE.get(type(error), 'try another place')}"
 
 

@@ -47,10 +47,10 @@ def play(name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None 
     result = export.Result(frames, session.latency, startup_s)
     report = session.latency.report()
     print(f"{name}: {len(frames)} frames, {len(frames) / FPS:.1f} s; a frame took {report['frame']['p50_ms']:.2f} ms "
-          f"at the median, {report['missed_60hz']} took over 16.67 ms")
+          f"at the median, {report['missed_60hz']} took over 16.67 ms", flush=True)
     for kind, path in outputs.items():
         export.WRITERS[kind](path, result)
-        print(f"wrote {path}")
+        print(f"wrote {path}", flush=True)
 
 
 def _stepped(session, recorded) -> list:
