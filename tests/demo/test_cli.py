@@ -29,6 +29,9 @@ def folder(tmp_path, monkeypatch):
     Path("odd.jsonl").write_text(GOOD.replace("old", "odl"))
     Path("a_folder").mkdir()
     Path("words.txt").write_text("no recording\n")
+    for name in ("clips/walk.bvh", "a_run/checkpoint.pt"):
+        Path(name).parent.mkdir()
+        Path(name).touch()
     return tmp_path
 
 
@@ -60,6 +63,8 @@ MISTAKES = {
     "train controller --data nowhere": "there is no folder nowhere",
     "train controller --data a_folder": "holds no BVH files",
     "train controller --minutes soon": "soon",
+    "train controller --data clips --resume --out a_folder": "a_folder holds no run to go on with",
+    "train controller --data clips --out a_run": "a_run holds a run already",
 }
 
 
