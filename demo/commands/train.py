@@ -27,9 +27,11 @@ def run(args: argparse.Namespace) -> int:
         hint = f"unpack its archives first: tar xf {packed} -C FOLDER" if packed else "name another with --data"
         raise ValueError(f"{args.data} holds no BVH files; {hint}")
     out = args.out or Path("runs") / args.model
-    if args.resume != (out / "checkpoint.pt").exists():
-        raise ValueError(f"{out} holds no run to go on with; leave --resume out or name its folder with --out" if args.resume
-                         else f"{out} holds a run already; go on with --resume, or choose another folder with --out")
+    started = (out / "checkpoint.pt").exists()
+    if started and not args.resume:
+        raise ValueError(f"{out} holds a run already; go on with --resume, or choose another folder with --out")
+    if args.resume and not started:
+        raise ValueError(f"{out} holds no run to go on with; leave --resume out, or name its folder with --out")
     budget = {} if args.minutes is None else {"minutes": args.minutes}
     print(f"wrote {importlib.import_module(f'{args.model}.train').train(args.data, out, resume=args.resume, **budget)}")
     return 0
