@@ -6,7 +6,7 @@ import numpy as np
 
 PITCH_LIMITS = (-0.02, 1.35)  # radians above the horizon: never under the floor
 DISTANCE_LIMITS = (1.2, 14.0)  # metres
-AIM_HEIGHT = 0.90  # metres: what the camera looks at
+AIM_HEIGHT = 0.88  # metres: what the camera looks at
 FOLLOW_HALF_LIFE = 0.12  # seconds
 ORBIT_HALF_LIFE = 0.05
 NEAR, FAR = 0.1, 200.0
@@ -20,7 +20,7 @@ class Camera:
 
     yaw: float = np.pi + 0.6
     pitch: float = 0.20
-    distance: float = 4.2
+    distance: float = 3.9
     field_of_view: float = 0.66  # radians, vertical
     target: np.ndarray = field(default_factory=lambda: np.array([0.0, AIM_HEIGHT, 0.0]))
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Iterable
 
 import pygame
 
@@ -9,10 +10,11 @@ INK = (1.0, 1.0, 1.0)
 FAINT = (0.68, 0.73, 0.78)
 ACCENT = (1.0, 0.83, 0.42)
 ALERT = (1.0, 0.55, 0.48)
-BACKGROUND = (18, 24, 32, 205)
+BACKGROUND, LIT = (18, 24, 32, 214), (70, 86, 104, 240)
 
 TEXT_PIXELS = 17  # at a window height of 720
-PADDING, GAP, LINE, MARGIN = 11, 11, 23, 14  # round the text, between columns, from line to line, from the window's border
+PADDING, GAP, LINE, MARGIN = 11, 13, 23, 14  # round the text, between columns, from line to line, from the window's border
+OVERSAMPLING = 2
 
 
 @dataclass(frozen=True)
@@ -53,28 +55,31 @@ def _font(scale: float) -> pygame.font.Font:
 @lru_cache(maxsize=64)
 def _layout(panel: Panel, scale: float) -> tuple[tuple[int, int], tuple[int, ...]]:
     """The panel's size in pixels and the left border of each column."""
-    font = _font(scale)
+    font = _font(scale * OVERSAMPLING)
     gap = GAP * scale
-    widths = [max(font.size(row[column].text)[0] + (gap * 1.5 if row[column].swatch else 0) for row in panel.rows if column < len(row))
-              for column in range(max(len(row) for row in panel.rows))]
-    lefts, left = [], PADDING * scale
-    for width in widths:
-        lefts.append(round(left))
-        left += width + gap
-    return (round(left - gap + PADDING * scale), round((len(panel.rows) * LINE + PADDING) * scale)), tuple(lefts)
+    widths = [max(font.size(row[column].text)[0] / OVERSAMPLING + (gap * 1.5 if row[column].swatch else 0)
+                  for row in panel.rows if column < len(row)) for column in range(max(map(len, panel.rows)))]
+    lefts = [PADDING * scale + sum(widths[:column]) + gap * column for column in range(len(widths))]
+    width = 2 * PADDING * scale + sum(widths) + gap * (len(widths) - 1)
+    return (round(width), round((len(panel.rows) * LINE + PADDING) * scale)), tuple(map(round, lefts))
 
 
 def rasterise(panel: Panel, scale: float) -> pygame.Surface:
-    """The panel as a picture with an alpha channel."""
-    size, lefts = _layout(panel, scale)
-    font = _font(scale)
+    """The panel as a picture with premultiplied alpha: drawn large and made small, so that letters keep their distances."""
+    size, lefts = ((OVERSAMPLING * number for number in numbers) for numbers in _layout(panel, scale))
+    large = _draw(panel, scale * OVERSAMPLING, tuple(size), lefts)
+    return pygame.transform.smoothscale(large.premul_alpha(), _layout(panel, scale)[0])
+
+
+def _draw(panel: Panel, scale: float, size: tuple[int, int], lefts: Iterable[int]) -> pygame.Surface:
+    font, lefts = _font(scale), tuple(lefts)
     surface = pygame.Surface(size, pygame.SRCALPHA)
     pygame.draw.rect(surface, BACKGROUND, surface.get_rect(), border_radius=round(7 * scale))
     for number, row in enumerate(panel.rows):
         top = (PADDING / 2 + number * LINE) * scale
         if number in panel.lit_rows:
             bar = pygame.Rect(round(4 * scale), round(top + scale), size[0] - round(8 * scale), round((LINE - 2) * scale))
-            pygame.draw.rect(surface, (70, 86, 104, 235), bar, border_radius=round(4 * scale))
+            pygame.draw.rect(surface, LIT, bar, border_radius=round(4 * scale))
         for cell, left in zip(row, lefts):
             middle = top + LINE * scale / 2
             if cell.swatch:
@@ -107,4 +112,4 @@ def place(panels: tuple[Panel, ...], size: tuple[int, int]) -> list[tuple]:
 
 
 def _rgba(surface: pygame.Surface) -> bytes:
-    return pygame.image.tobytes(surface.premul_alpha(), "RGBA")
+    return pygame.image.tobytes(surface, "RGBA")

@@ -33,8 +33,8 @@ class Bodies:
         GL.glBlendEquation(GL.GL_FUNC_ADD)
 
     def draw(self, figures: list[Figure], **uniforms) -> None:
-        """Draws the insides first and then the outlines over them, each outline pixel by how much of it the figure covers:
-        smooth edges for little more than the price of one sample."""
+        """Draws the insides first and then the rims round them, each rim pixel by how much of it the figure covers: smooth
+        edges for little more than the price of one sample."""
         GL.glEnable(GL.GL_DEPTH_TEST)
         GL.glEnable(GL.GL_CULL_FACE)
         GL.glBlendFunc(GL.GL_SRC_ALPHA, GL.GL_ONE_MINUS_SRC_ALPHA)

@@ -55,8 +55,8 @@ class Renderer:
         self._gl.clear_depth()
         self._scenery.draw(shadow, *_sky(camera, self.size), world_to_clip=world_to_clip, area=area, focus=camera.target)
         self._marks.draw(self._ground_marks(frame, view), world_to_clip=world_to_clip)
-        half_pixel = np.tan(camera.field_of_view / 2) / min(self.size)
-        self._bodies.draw(figures, world_to_clip=world_to_clip, eye=camera.eye, to_light=TO_LIGHT, pixel=half_pixel)
+        pixel = 2 * np.tan(camera.field_of_view / 2) / min(self.size)
+        self._bodies.draw(figures, world_to_clip=world_to_clip, eye=camera.eye, to_light=TO_LIGHT, pixel=pixel)
 
         self._scene.resolve_to(output)
         self._panels.draw(hud.place(view.panels, self.size), *self.size)

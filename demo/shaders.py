@@ -21,7 +21,8 @@ BODY_VERTEX = _SKIN + """
 layout(location = 4) in float openness;
 uniform vec4 tints[21];                           // display colour of each joint's skin
 uniform mat4 world_to_clip;
-uniform float pixel;                              // half a pixel's width one metre from the eye
+uniform float pixel;                              // a pixel's width one metre from the eye
+uniform float edges;                              // 0: the inside, opaque; 1: the rim round it, blended by how much of it is covered
 out vec3 world;
 out vec3 normal;
 out vec3 colour;                                  // linear, with the light that the body itself keeps away
@@ -38,8 +39,9 @@ void main() {
     colour = tint * tint * mix(0.45, 1.0, openness);
     bind = place;
     gl_Position = world_to_clip * vec4(world, 1.0);
-    // Half a pixel fatter, so that the outline's ramp from covered to not covered is drawn whole.
-    gl_Position = world_to_clip * vec4(world + normal * (pixel * gl_Position.w), 1.0);
+    // The inside is drawn half a pixel thinner and the outline half a pixel fatter: the rim between them is one pixel wide.
+    float grow = (edges - 0.5) * pixel * gl_Position.w;
+    gl_Position = world_to_clip * vec4(world + normal * grow, 1.0);
 }
 """
 
@@ -47,7 +49,7 @@ BODY_FRAGMENT = VERSION + """
 uniform vec3 eye;
 uniform vec3 to_light;
 uniform vec3 visor;   // the middle of the dark visor in the bind pose
-uniform float edges;  // 0: the inside, opaque; 1: only the last pixel before the outline, blended by how much of it is covered
+uniform float edges;
 in vec3 world;
 in vec3 normal;
 in vec3 colour;
@@ -57,9 +59,12 @@ out vec4 pixel;
 void main() {
     vec3 n = normalize(normal), v = normalize(eye - world);
     float facing = dot(n, v);
-    // Near the outline of something round, `facing` grows as the root of the distance: the slope there tells half of it.
-    float covered = clamp(0.5 * facing / max(length(vec2(dFdx(facing), dFdy(facing))), 1e-4), 0.0, 1.0);
-    if ((covered < 1.0) != (edges > 0.5)) discard;
+    float covered = 1.0;
+    if (edges > 0.5) {
+        if (facing > 0.6) discard;  // far from any outline
+        // Near the outline of something round, `facing` grows as the root of the distance: the slope there tells half of it.
+        covered = clamp(0.5 * facing / max(length(vec2(dFdx(facing), dFdy(facing))), 1e-4), 0.0, 1.0);
+    }
 
     vec3 off = (bind - visor) * vec3(15.0, 34.0, 15.0);
     float glass = clamp((1.0 - dot(off, off)) * 9.0, 0.0, 1.0);
