@@ -11,6 +11,7 @@ from demo import assemble, cli
 from demo.style_names import check_styles, parse_style
 from sim import recording
 from sim.skeleton import PART_NAMES
+from stylizer.bundled import CLIPS
 
 ROOT = Path(__file__).parents[2]
 GOOD = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
@@ -133,6 +134,7 @@ def test_bundled_recording_is_sound():
     assert 20 <= len(recorded) / 60 <= 25
     assert {"walk", "run"} == {command.gait for command in commands} and any(command.face for command in commands)
     assert {part for command in commands for part in command.style} == set(PART_NAMES)
+    check_styles(recorded.styles, CLIPS)
 
 
 def test_interrupt_is_quiet(monkeypatch, capsys):
