@@ -20,7 +20,7 @@ from sim.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, JOINT_COUNT, P
 
 BATCH = 2048  # frames an update, however long the rollouts
 LEARNING_RATE = 1e-3
-DECAY_FROM = 0.4  # share of the time after which the learning rate falls to nothing along a cosine
+DECAY_FROM = 0.1  # share of the time after which the learning rate falls to nothing along a cosine
 AVERAGE = 0.999  # of the weights, exponentially
 ROLLOUTS = ((0.0, 1), (0.1, 4), (0.3, 8), (0.6, 16))  # from which share of the time on, rollouts of how many frames
 POSE_SCALE = 0.3  # joint inputs are scaled down so that the trajectory matters (Holden et al. 2017 take 0.1)
