@@ -1,4 +1,4 @@
-"""Which key, mouse wheel or gamepad control does what: the one table behind the behaviour, the help overlay and the README."""
+"""Which key, mouse or gamepad control does what: the one table behind behaviour, help overlay and README."""
 
 from dataclasses import dataclass, field
 from typing import Mapping
@@ -8,7 +8,7 @@ from typing import Mapping
 class Control:
     """A line of the help, and the actions it stands for.
 
-    keys: action -> pygame key names, the first of them in the first column of alternatives. pad: action -> SDL's button names.
+    keys: action -> pygame key names, all of which do the same. pad: action -> SDL's name of a gamepad button.
     mouse, stick: what the help says of controls that are no buttons."""
 
     help: str
@@ -21,11 +21,13 @@ class Control:
 PARTS_BY_NUMBER = ("left_leg", "right_leg", "spine", "left_arm", "right_arm", "legs", "arms", "upper", "all")
 
 CONTROLS = (
-    Control("walk", {"forward": ("w", "up"), "left": ("a", "left"), "back": ("s", "down"), "right": ("d", "right")}, stick="left stick"),
+    Control("walk", {"forward": ("w", "up"), "left": ("a", "left"), "back": ("s", "down"), "right": ("d", "right")},
+            stick="left stick"),
     Control("run while held", {"run": ("left shift", "right shift")}, stick="right trigger"),
     Control("turn where it faces", {"face_left": ("q",), "face_right": ("e",)}, stick="right stick"),
     Control("face where it goes again", {"face_free": ("f",)}, {"face_free": "b"}),
-    Control("pick a body part or a group", {f"pick_{part}": (str(number),) for number, part in enumerate(PARTS_BY_NUMBER, 1)},
+    Control("pick a body part or a group",
+            {f"pick_{part}": (str(number),) for number, part in enumerate(PARTS_BY_NUMBER, 1)},
             {"part_previous": "dpad_up", "part_next": "dpad_down"}),
     Control("pick the whole body", {"pick_all": ("0",)}, {"pick_all": "x"}),
     Control("change its style", {"style_previous": ("[", "page up"), "style_next": ("]", "page down")},
@@ -56,10 +58,12 @@ HINTS = (
     (("help",), "F1 shows everything else"),
 )
 
-_SHOWN = {"left shift": "Shift", "right shift": "", "page up": "PgUp", "page down": "PgDn", "escape": "Esc", "up": "Up", "left": "Left",
-          "down": "Down", "right": "Right", "keypad -": "", "keypad +": "", "+": "", "backspace": "Backspace"}
-_PAD_SHOWN = {"dpad_up": "d-pad up", "dpad_down": "down", "dpad_left": "d-pad left", "dpad_right": "right", "leftshoulder": "left shoulder",
-              "rightshoulder": "right shoulder", "back": "Back", "start": "Start"}
+# Names as the help shows them, where they are not just in capitals; an empty one is not shown.
+_SHOWN = {"left shift": "Shift", "right shift": "", "page up": "PgUp", "page down": "PgDn", "escape": "Esc", "up": "Up",
+          "left": "Left", "down": "Down", "right": "Right", "keypad -": "", "keypad +": "", "+": "",
+          "backspace": "Backspace"}
+_PAD_SHOWN = {"dpad_up": "d-pad up", "dpad_down": "down", "dpad_left": "d-pad left", "dpad_right": "right",
+              "leftshoulder": "left shoulder", "rightshoulder": "right shoulder", "back": "Back", "start": "Start"}
 
 
 def help_rows() -> list[tuple[str, str, str, str]]:

@@ -1,4 +1,4 @@
-"""The figure: a table of capsules of changing radius fixed to the joints, the pose they are melted together in, and how they follow a pose."""
+"""The figure: a table of capsules fixed to the joints, the pose they are melted in, and how they follow a pose."""
 
 from dataclasses import dataclass
 
@@ -6,13 +6,12 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from sim import rotations as rot
-from sim.kinematics import forward_kinematics
 from sim.pose import Pose
 from sim.skeleton import INDEX, JOINT_COUNT, JOINTS, PART_OF_JOINT, REST_HIPS_HEIGHT
 
 # (joint, from, to, radii at even steps between them, width, depth): metres in the joint's own axes in the T-pose.
-# Width and depth stretch the form across; a form of a left joint has its mirror image on the right. Where forms meet they
-# swell a little as they melt, so their ends are thinner than the body is there.
+# Width and depth stretch the form across; a form of a left joint has its mirror image on the right. Where forms meet
+# they swell a little as they melt, so their ends are thinner than the body is there.
 _FORMS = [
     # pelvis, waist, rib cage, shoulder girdle
     ("Hips", (0.0, -0.050, -0.004), (0.0, 0.060, 0.0), (0.084, 0.090, 0.082), 1.24, 0.94),
@@ -55,7 +54,8 @@ FORM_START = np.array([form[1] for form in FORMS])  # (forms, 3)
 _AXIS = np.array([form[2] for form in FORMS]) - FORM_START
 FORM_LENGTH = np.linalg.norm(_AXIS, axis=-1)
 PROFILE = np.linspace(0, 1, 33)  # shares of a form's length at which its radius is tabled
-FORM_RADII = np.array([PchipInterpolator(np.linspace(0, 1, len(form[3])), form[3])(PROFILE) for form in FORMS])  # (forms, 33)
+FORM_RADII = np.array([PchipInterpolator(np.linspace(0, 1, len(form[3])), form[3])(PROFILE)  # (forms, 33)
+                       for form in FORMS])
 FORM_STRETCH = np.array([(form[4], 1.0, form[5]) for form in FORMS])
 
 # Gloves and shoes: joints whose skin is a darker tone of their part's colour.
@@ -64,7 +64,7 @@ for _joint, _name in enumerate(JOINTS):
     if _name.endswith(("Hand", "Foot", "Toe")):
         TONE[_joint] = 0.62
 
-# The pose the skin is made in: arms half lowered and legs apart, so that no motion bends it far. Degrees about Z, left side.
+# The pose the skin is made in: arms half lowered and legs apart, so that no motion bends it far. Degrees about Z, left.
 _BIND_DEGREES = {"Shoulder": -4.0, "Arm": -44.0, "ForeArm": -44.0, "Hand": -44.0, "UpLeg": 9.0, "Leg": 9.0}
 
 
@@ -82,7 +82,8 @@ BIND = _bind_pose()
 def form_frames() -> np.ndarray:
     """(forms, 3, 3): rows are a form's width, length and depth directions in its joint's axes."""
     along = _AXIS / FORM_LENGTH[:, None]
-    across_is_x = np.abs(along[:, :1]) < 0.7  # arms lie along x: their depth is the body's, the others' width is the body's
+    # Arms lie along x: their depth is the body's depth. The width of all others is the body's width.
+    across_is_x = np.abs(along[:, :1]) < 0.7
     guide = np.where(across_is_x, [1.0, 0, 0], [0, 0, 1.0])
     guide = rot.normalize(guide - along * np.sum(guide * along, axis=-1, keepdims=True))
     width = np.where(across_is_x, guide, rot.cross(along, guide))

@@ -14,7 +14,7 @@ NEAR, FAR = 0.1, 200.0
 
 @dataclass
 class Camera:
-    """Where the picture is taken from. `yaw` is the direction it looks in (radians, 0 along +Z), `pitch` how far it looks down.
+    """Where the picture is taken from. `yaw` is the direction it looks in (radians, 0 along +Z), `pitch` how far down.
 
     The character first faces +Z, so the default yaw shows it from the front, a little from its left."""
 

@@ -35,7 +35,7 @@ def oklch(lightness: float, chroma: float, hue: float) -> tuple[float, float, fl
 
 
 def part_colours(style: Mapping[str, tuple[str, float]]) -> np.ndarray:
-    """(5, 3) colours of the body parts, in the order of PART_NAMES: from neutral to the style's as its strength grows to 1."""
+    """(5, 3) colours of the body parts, in the order of PART_NAMES: neutral to the style's as strength grows to 1."""
     colours = np.tile(OWN_STYLE, (len(PART_NAMES), 1))
     for part, (name, strength) in style.items():
         row = PART_NAMES.index(part)

@@ -1,7 +1,7 @@
 """Keyboard, mouse and gamepads: pygame's events become actions, camera motion and one immutable Command a frame.
 
-Gamepads are read by SDL's controller mapping, so names of buttons mean the same on all of them. They may come and go at any time;
-the one used last steers, and without one the keyboard does."""
+Gamepads are read by SDL's controller mapping, so names of buttons mean the same on all of them. They may come and go
+at any time; the one used last steers, and without one the keyboard does."""
 
 from typing import Iterable, Mapping
 
@@ -15,7 +15,8 @@ FULL_AXIS = 32767.0
 TRIGGER_HELD = 0.35
 ORBIT_PER_PIXEL = 0.006  # radians
 ORBIT_RATE = 2.5  # radians a second at full stick
-PAD_BUTTONS = {getattr(pygame, f"CONTROLLER_BUTTON_{name.upper()}"): action for name, action in bindings.PAD_BUTTONS.items()}
+PAD_BUTTONS = {getattr(pygame, f"CONTROLLER_BUTTON_{name.upper()}"): action
+               for name, action in bindings.PAD_BUTTONS.items()}
 STICKS = {"left": (pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY),
           "right": (pygame.CONTROLLER_AXIS_RIGHTX, pygame.CONTROLLER_AXIS_RIGHTY)}
 TRIGGERS = {"left": pygame.CONTROLLER_AXIS_TRIGGERLEFT, "right": pygame.CONTROLLER_AXIS_TRIGGERRIGHT}
@@ -46,7 +47,7 @@ class Devices:
         return self._facing is not None
 
     def handle(self, events: Iterable[pygame.event.Event]) -> list[str]:
-        """The actions that a frame's events ask for, in their order; the names are those of demo.bindings, and `resized`."""
+        """The actions that a frame's events ask for, in order: names of demo.bindings, and those of `_HANDLERS`."""
         actions = []
         for event in events:
             handler = self._HANDLERS.get(event.type)
@@ -55,8 +56,9 @@ class Devices:
                 actions.append(action)
         return actions
 
-    def command(self, camera_yaw: float, facing: float, style: Mapping[str, tuple[str, float]], seconds: float) -> Command:
-        """What is asked for in this frame. camera_yaw: where the camera looks; facing: the character's yaw; seconds: the frame's."""
+    def command(self, camera_yaw: float, facing: float, style: Mapping[str, tuple[str, float]],
+                seconds: float) -> Command:
+        """What is asked for in a frame of `seconds`. camera_yaw: where the camera looks; facing: its own yaw."""
         stick = steering.stick_of_keys(self._held)
         if stick == (0.0, 0.0):
             stick = self._stick("left")
@@ -80,7 +82,7 @@ class Devices:
         self.orbit, self.zoom = [0.0, 0.0], 0.0
         return motion
 
-    # ---- events -------------------------------------------------------------------------------------------------------------
+    # ---- events -----------------------------------------------------------
 
     def _key_down(self, event) -> str | None:
         action = self._keys.get(event.key)
@@ -143,10 +145,10 @@ class Devices:
         pygame.QUIT: lambda self, event: "leave",
     }
 
-    # ---- gamepads -----------------------------------------------------------------------------------------------------------
+    # ---- gamepads -----------------------------------------------------------
 
     def _plug(self, index: int) -> bool:
-        """Opens the gamepad at a device index; False for a joystick that SDL has no mapping for or that is open already."""
+        """Opens the gamepad at a device index; False for one that is open, or that SDL has no mapping for."""
         try:
             pad = controller.Controller(index)
             number = pad.as_joystick().get_instance_id()

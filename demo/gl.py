@@ -1,4 +1,4 @@
-"""Small helpers over OpenGL 3.3. Imported only once a window is open: PyOpenGL chooses its platform when it is imported."""
+"""Small helpers over OpenGL 3.3. Imported only once a window is open: PyOpenGL picks its platform when imported."""
 
 import numpy as np
 from OpenGL import GL

@@ -1,4 +1,4 @@
-"""The head-up display: panels of text as small tables, drawn to pictures with pygame's own font and laid over the scene."""
+"""The head-up display: panels of text as small tables, drawn with pygame's own font and laid over the scene."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,7 +13,7 @@ ALERT = (1.0, 0.55, 0.48)
 BACKGROUND, LIT = (18, 24, 32, 214), (70, 86, 104, 240)
 
 TEXT_PIXELS = 17  # at a window height of 720
-PADDING, GAP, LINE, MARGIN = 11, 13, 23, 14  # round the text, between columns, from line to line, from the window's border
+PADDING, GAP, LINE, MARGIN = 11, 13, 23, 14  # round the text, between columns, from line to line, at the border
 OVERSAMPLING = 2
 
 
@@ -42,7 +42,7 @@ ANCHORS = {  # where a panel sits: fractions of the free width and height, and w
 
 
 def scale_for(size: tuple[int, int]) -> float:
-    """How much larger than at 1280 x 720 the text is drawn, in steps of a quarter: readable in a small window and on a dense screen."""
+    """How much larger than at 1280 x 720 the text is, in quarters: readable in a small window and on a dense screen."""
     return max(0.75, round(4 * min(size[0] / 1280, size[1] / 720)) / 4)
 
 
@@ -65,7 +65,7 @@ def _layout(panel: Panel, scale: float) -> tuple[tuple[int, int], tuple[int, ...
 
 
 def rasterise(panel: Panel, scale: float) -> pygame.Surface:
-    """The panel as a picture with premultiplied alpha: drawn large and made small, so that letters keep their distances."""
+    """The panel with premultiplied alpha: drawn large and made small, so that letters keep their distances."""
     size, lefts = ((OVERSAMPLING * number for number in numbers) for numbers in _layout(panel, scale))
     large = _draw(panel, scale * OVERSAMPLING, tuple(size), lefts)
     return pygame.transform.smoothscale(large.premul_alpha(), _layout(panel, scale)[0])
@@ -78,9 +78,10 @@ def _draw(panel: Panel, scale: float, size: tuple[int, int], lefts: Iterable[int
     for number, row in enumerate(panel.rows):
         top = (PADDING / 2 + number * LINE) * scale
         if number in panel.lit_rows:
-            bar = pygame.Rect(round(4 * scale), round(top + scale), size[0] - round(8 * scale), round((LINE - 2) * scale))
-            pygame.draw.rect(surface, LIT, bar, border_radius=round(4 * scale))
-        for cell, left in zip(row, lefts):
+            inset = round(4 * scale)
+            bar = pygame.Rect(inset, round(top + scale), size[0] - 2 * inset, round((LINE - 2) * scale))
+            pygame.draw.rect(surface, LIT, bar, border_radius=inset)
+        for cell, left in zip(row, lefts, strict=False):  # a short row leaves columns empty
             middle = top + LINE * scale / 2
             if cell.swatch:
                 radius = 0.52 * GAP * scale
@@ -96,7 +97,7 @@ def _bytes(colour: tuple[float, float, float]) -> tuple[int, ...]:
 
 
 def place(panels: tuple[Panel, ...], size: tuple[int, int]) -> list[tuple]:
-    """For each panel (key, left, top, (width, height), function giving premultiplied RGBA bytes), in pixels of a window of `size`."""
+    """For each panel (key, left, top, (width, height), function giving premultiplied RGBA bytes), in pixels."""
     scale = scale_for(size)
     margin = round(MARGIN * scale)
     used = dict.fromkeys(ANCHORS, 0)

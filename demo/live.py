@@ -9,13 +9,13 @@ from typing import Callable, Sequence
 import pygame
 
 from demo import panels
-from demo.bindings import HINTS, PARTS_BY_NUMBER
+from demo.bindings import HINTS
 from demo.devices import Devices
 from demo.hud import ALERT, INK
 from demo.renderer import Renderer
 from demo.style_choice import StyleChoice
 from demo.view import View
-from demo.window import ScreenWindow, Window, open_window
+from demo.window import Window, open_window
 from sim.clip import FPS
 from sim.recording import Recorder
 from sim.session import Frame, Session
@@ -42,7 +42,8 @@ def run_live(session: Session, styles: Sequence[str], seconds: float | None = No
              sleep: Callable[[float], None] = time.sleep) -> LiveReport:
     """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
 
-    styles: the names to choose from. Raises NoDisplay or NoGL where no window can be had; later mistakes are shown on screen."""
+    styles: the names to choose from. Raises NoDisplay or NoGL where no window can be had; what goes wrong later
+    is shown on screen."""
     with window or open_window() as window:
         live = Live(session, styles, window, recorder_factory, clock)
         try:
@@ -53,9 +54,10 @@ def run_live(session: Session, styles: Sequence[str], seconds: float | None = No
 
 
 class Live:
-    """The state of a live run. `do` carries out an action by its name in demo.bindings; keys that are held are the devices' affair."""
+    """The state of a live run. `do` carries out an action of demo.bindings; held keys are the devices' affair."""
 
-    def __init__(self, session: Session, styles: Sequence[str], window: Window, recorder_factory: Callable[[Path], Recorder] = Recorder,
+    def __init__(self, session: Session, styles: Sequence[str], window: Window,
+                 recorder_factory: Callable[[Path], Recorder] = Recorder,
                  clock: Callable[[], float] = time.perf_counter) -> None:
         self.session, self.window = session, window
         self.devices, self.choice, self.view = Devices(), StyleChoice(styles), View()
@@ -71,10 +73,10 @@ class Live:
         self._figures = panels.Figures(FIGURES_SECONDS)
         self._picked_at = -GLOW_SECONDS
 
-    # ---- the loop -----------------------------------------------------------------------------------------------------------
+    # ---- the loop -----------------------------------------------------------
 
     def run(self, seconds: float | None, sleep: Callable[[float], None]) -> None:
-        """Each turn: events, the simulated frames that are due, one picture; then it sleeps until the next frame is due."""
+        """Each turn: events, the simulated frames that are due, one picture; then sleep until the next is due."""
         last = None if seconds is None else round(seconds * FPS)
         self.step()
         self.draw()  # the first picture is slow: drivers finish compiling with it, so the clock starts after
@@ -137,7 +139,7 @@ class Live:
             result.append(panels.controls())
         return tuple(result)
 
-    # ---- actions ------------------------------------------------------------------------------------------------------------
+    # ---- actions -----------------------------------------------------------
 
     def do(self, action: str) -> None:
         """Carries out an action; one that is only held, such as walking, needs nothing here."""

@@ -1,4 +1,4 @@
-"""Marks on the ground for a frame: soft contact shades, rings under planted feet, the arrow of the velocity that is asked."""
+"""Marks on the ground for a frame: soft contact shades, rings under planted feet, the arrow of the asked velocity."""
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from sim.skeleton import CONTACT_JOINTS, INDEX
 DISC, RING, ARROW = 0, 1, 2
 ARROW_SECONDS = 0.55  # the arrow is as long as the way of this time
 SHADE_JOINTS = [INDEX[name] for name in ("LeftFoot", "LeftToe", "RightFoot", "RightToe")]
+RING_RADII = (0.105, 0.085, 0.105, 0.085)  # metres, of CONTACT_JOINTS
 SHADE = (0.10, 0.12, 0.16)
 CONTACT = (0.13, 0.60, 0.56)
 WISH = (0.97, 0.60, 0.16)
@@ -27,7 +28,7 @@ def shades(pose: Pose, shift=(0.0, 0.0, 0.0)) -> list[tuple]:
 def contacts(pose: Pose) -> list[tuple]:
     """A ring round each foot joint on the ground, as strong as the contact."""
     return [(*pose.positions[joint, [0, 2]], radius, 0.0, *CONTACT, 0.85 * float(contact), RING, 0.012)
-            for joint, contact, radius in zip(CONTACT_JOINTS, pose.contacts, (0.105, 0.085, 0.105, 0.085)) if contact > 0.05]
+            for joint, contact, radius in zip(CONTACT_JOINTS, pose.contacts, RING_RADII, strict=True) if contact > 0.05]
 
 
 def arrow(frame: Frame) -> list[tuple]:

@@ -24,7 +24,7 @@ class Figures:
             return
         self._ticks.append((frame_ms, draw_ms))
         if now - self._since >= self._seconds:
-            self.frame_ms, self.draw_ms = (sum(column) / len(self._ticks) for column in zip(*self._ticks))
+            self.frame_ms, self.draw_ms = (sum(column) / len(self._ticks) for column in zip(*self._ticks, strict=True))
             self.rate = len(self._ticks) / (now - self._since)
             self._since, self._ticks = now, []
 
@@ -48,7 +48,8 @@ def parts(style: Mapping[str, tuple[str, float]], picked: Collection[str] = ()) 
 def status(choice: StyleChoice, figures: Figures, missed: int, facing_held: bool, recorder) -> Panel:
     """The line that is always there: part, style, strength, frame time, missed frames."""
     styled = choice.name != OWN
-    cells = [Cell(readable(choice.picked), ACCENT), Cell(choice.name), Cell(f"strength {choice.strength:.0%}", INK if styled else FAINT),
+    cells = [Cell(readable(choice.picked), ACCENT), Cell(choice.name),
+             Cell(f"strength {choice.strength:.0%}", INK if styled else FAINT),
              Cell(f"frame {figures.frame_ms:.1f} ms", FAINT), Cell(f"drawing {figures.draw_ms:.1f} ms", FAINT),
              Cell(f"{figures.rate:.0f} pictures/s", FAINT), Cell(f"missed {missed}", ALERT if missed else FAINT)]
     if facing_held:
@@ -67,5 +68,5 @@ def line(text: str, anchor: str, colour=INK) -> Panel:
 def controls() -> Panel:
     """The help: every control with its key, mouse and gamepad."""
     head = tuple(Cell(text, FAINT) for text in ("", "keyboard", "mouse", "gamepad"))
-    return Panel((head, *((Cell(what), Cell(keys, ACCENT), Cell(mouse), Cell(pad)) for what, keys, mouse, pad in bindings.help_rows())),
-                 "center")
+    rows = [(Cell(what), Cell(keys, ACCENT), Cell(mouse), Cell(pad)) for what, keys, mouse, pad in bindings.help_rows()]
+    return Panel((head, *rows), "center")

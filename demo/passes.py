@@ -33,8 +33,8 @@ class Bodies:
         GL.glBlendEquation(GL.GL_FUNC_ADD)
 
     def draw(self, figures: list[Figure], **uniforms) -> None:
-        """Draws the insides first and then the rims round them, each rim pixel by how much of it the figure covers: smooth
-        edges for little more than the price of one sample."""
+        """Draws the insides first and then the rims round them, each rim pixel by how much of it the figure covers:
+        smooth edges for little more than the price of one sample."""
         GL.glEnable(GL.GL_DEPTH_TEST)
         GL.glEnable(GL.GL_CULL_FACE)
         GL.glBlendFunc(GL.GL_SRC_ALPHA, GL.GL_ONE_MINUS_SRC_ALPHA)
@@ -54,7 +54,8 @@ def _upload(skin: Skin) -> tuple[int, int]:
     """A vertex array with the skin, and its number of indices."""
     array = GL.glGenVertexArrays(1)
     GL.glBindVertexArray(array)
-    for location, values in enumerate((skin.positions, skin.normals, skin.joints, skin.weights, skin.openness[:, None])):
+    attributes = (skin.positions, skin.normals, skin.joints, skin.weights, skin.openness[:, None])
+    for location, values in enumerate(attributes):
         gl.buffer(np.ascontiguousarray(values, np.float32))
         gl.attribute(location, values.shape[1])
     gl.buffer(skin.triangles.astype(np.uint32), GL.GL_ELEMENT_ARRAY_BUFFER)
@@ -83,7 +84,8 @@ class Shadow:
         bodies.draw_shadow(figures, **uniforms)
         GL.glDisable(GL.GL_BLEND)
         GL.glBindVertexArray(self._array)
-        for source, target, texel in ((sharp, blurred, (1 / SHADOW_PIXELS, 0)), (blurred, sharp, (0, 1 / SHADOW_PIXELS))):
+        step = 1 / SHADOW_PIXELS
+        for source, target, texel in ((sharp, blurred, (step, 0)), (blurred, sharp, (0, step))):
             target.bind()
             GL.glBindTexture(GL.GL_TEXTURE_2D, source.texture)
             self._blur.use(texel=texel)
@@ -100,7 +102,7 @@ class Scenery:
         self._ground = gl.program(shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT)
 
     def draw(self, shadow: int, horizon: float, slope: tuple[float, float], **uniforms) -> None:
-        """horizon: its height in clip units; slope: sine of the elevation in the middle of the picture, and its growth to the top."""
+        """horizon: its height in clip units; slope: sine of the elevation in the middle, and its growth upwards."""
         GL.glDisable(GL.GL_BLEND)
         GL.glBindVertexArray(self._array)
         if horizon < 1:
@@ -121,7 +123,7 @@ class Marks:
         self._program = gl.program(shaders.MARK_VERTEX, shaders.MARK_FRAGMENT)
 
     def draw(self, marks: np.ndarray, **uniforms) -> None:
-        """marks: (n, 10) of demo.marks."""
+        """marks: (n, 10) float32, rows of demo.marks."""
         assert marks.shape[1] == MARK_FLOATS
         GL.glBindVertexArray(self._array)
         self._instances.write(marks)
@@ -140,7 +142,7 @@ class Panels:
         self._textures: dict = {}
 
     def draw(self, pictures: list[tuple], width: int, height: int) -> None:
-        """pictures: (key, left, top, function that gives (width, height, premultiplied RGBA bytes)) in pixels of the window."""
+        """pictures: those of demo.hud.place, in a window of width x height pixels."""
         GL.glBindVertexArray(self._array)
         GL.glEnable(GL.GL_BLEND)
         GL.glBlendFunc(GL.GL_ONE, GL.GL_ONE_MINUS_SRC_ALPHA)

@@ -1,4 +1,4 @@
-"""The renderer: one picture from one frame. It draws into the framebuffer that is bound, so window, tests and video share it."""
+"""The renderer: one picture from one frame, drawn into the bound framebuffer; window, tests and video share it."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from sim.session import Frame
 TO_LIGHT = np.array([0.36, 0.84, 0.41]) / np.linalg.norm([0.36, 0.84, 0.41])
 SHADOW_HALF_WIDTH = 1.55  # metres of ground round the character that its shadow can reach
 HARDWARE_SAMPLES = 4
-GROUND_SEEN = 60.0  # metres: sky is drawn down to where the ground that far off is, which the haze has made the sky's colour
+GROUND_SEEN = 60.0  # metres: the sky is drawn down to the ground that far off, where haze has given it the sky's colour
 COLOUR_EASE = 0.15  # share of a colour's change that one picture makes
 
 __all__ = ["Renderer", "View"]
@@ -20,8 +20,9 @@ class Renderer:
     """Draws frames. Needs a current OpenGL 3.3 context: make one with demo.window.open_window first."""
 
     def __init__(self, size: tuple[int, int], samples: int | None = None) -> None:
-        """size: (width, height) pixels. samples a pixel: by default 4 on graphics hardware and 1 where a processor draws."""
-        from demo import gl, passes  # only now: PyOpenGL picks its platform when it is imported, which must follow the window
+        """size: (width, height) pixels. samples a pixel: by default 4 on graphics hardware, else 1."""
+        # Only now: PyOpenGL picks its platform when it is imported, which must follow the window.
+        from demo import gl, passes
 
         self._gl, self._bodies, self._shadow = gl, passes.Bodies(), passes.Shadow()
         self._scenery, self._marks, self._panels = passes.Scenery(), passes.Marks(), passes.Panels()
@@ -53,7 +54,8 @@ class Renderer:
 
         self._scene.bind()
         self._gl.clear_depth()
-        self._scenery.draw(shadow, *_sky(camera, self.size), world_to_clip=world_to_clip, area=area, focus=camera.target)
+        self._scenery.draw(shadow, *_sky(camera, self.size), world_to_clip=world_to_clip, area=area,
+                           focus=camera.target)
         self._marks.draw(self._ground_marks(frame, view), world_to_clip=world_to_clip)
         pixel = 2 * np.tan(camera.field_of_view / 2) / min(self.size)
         self._bodies.draw(figures, world_to_clip=world_to_clip, eye=camera.eye, to_light=TO_LIGHT, pixel=pixel)
@@ -84,7 +86,7 @@ class Renderer:
 
 
 def _sky(camera: Camera, size: tuple[int, int]) -> tuple[float, tuple[float, float]]:
-    """Where the ground ends in the picture, in clip units, and the sine of the elevation in its middle with the growth to its top."""
+    """Where the ground ends, in clip units, and the sine of the elevation in the middle with its growth upwards."""
     half = np.arctan(np.tan(camera.field_of_view / 2) / min(1.0, size[0] / size[1]))
     below = camera.pitch - np.arctan2(camera.eye[1], GROUND_SEEN)
     middle = np.sin(-camera.pitch)

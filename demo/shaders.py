@@ -1,15 +1,15 @@
-"""The shaders, GLSL 3.30. Colours are display values but where light is added up: there they are squared, and the sum's root is shown."""
+"""The shaders, GLSL 3.30. Where light is added up, colours are squared first and the root of the sum is shown."""
 
 VERSION = "#version 330 core\n"
 
-# ---- body: a skin that follows the joints ------------------------------------------------------------------------------------
+# ---- body: a skin that follows the joints -------------------------------------------------------------------
 
 _SKIN = VERSION + """
 layout(location = 0) in vec3 place;               // in the bind pose
 layout(location = 1) in vec3 direction;
 layout(location = 2) in vec4 joints;
 layout(location = 3) in vec4 weights;
-uniform vec4 bones[63];                           // for each of the 21 joints a 3 x 4 matrix by rows, bind pose to world
+uniform vec4 bones[63];                           // of each of the 21 joints, bind pose to world: 3 x 4 by rows
 
 vec4 row(int r) {
     ivec4 at = ivec4(joints) * 3 + r;
@@ -22,7 +22,7 @@ layout(location = 4) in float openness;
 uniform vec4 tints[21];                           // display colour of each joint's skin
 uniform mat4 world_to_clip;
 uniform float pixel;                              // a pixel's width one metre from the eye
-uniform float edges;                              // 0: the inside, opaque; 1: the rim round it, blended by how much of it is covered
+uniform float edges;                              // 0: the inside, opaque; 1: the rim, blended by how much is covered
 out vec3 world;
 out vec3 normal;
 out vec3 colour;                                  // linear, with the light that the body itself keeps away
@@ -35,11 +35,12 @@ void main() {
     ivec4 at = ivec4(joints);
     vec4 share = weights * weights;               // sharper than the skin's own passage from joint to joint
     share *= share;
-    vec3 tint = (tints[at.x] * share.x + tints[at.y] * share.y + tints[at.z] * share.z + tints[at.w] * share.w).rgb / dot(share, vec4(1.0));
-    colour = tint * tint * mix(0.45, 1.0, openness);
+    share /= dot(share, vec4(1.0));
+    vec4 tint = tints[at.x] * share.x + tints[at.y] * share.y + tints[at.z] * share.z + tints[at.w] * share.w;
+    colour = tint.rgb * tint.rgb * mix(0.45, 1.0, openness);
     bind = place;
     gl_Position = world_to_clip * vec4(world, 1.0);
-    // The inside is drawn half a pixel thinner and the outline half a pixel fatter: the rim between them is one pixel wide.
+    // The inside is drawn half a pixel thinner and the rim half a pixel fatter: between them lies one pixel.
     float grow = (edges - 0.5) * pixel * gl_Position.w;
     gl_Position = world_to_clip * vec4(world + normal * grow, 1.0);
 }
@@ -62,8 +63,9 @@ void main() {
     float covered = 1.0;
     if (edges > 0.5) {
         if (facing > 0.6) discard;  // far from any outline
-        // Near the outline of something round, `facing` grows as the root of the distance: the slope there tells half of it.
-        covered = clamp(0.5 * facing / max(length(vec2(dFdx(facing), dFdy(facing))), 1e-4), 0.0, 1.0);
+        // Near the outline of something round, `facing` grows as the root of the distance: its slope tells half of it.
+        float slope = length(vec2(dFdx(facing), dFdy(facing)));
+        covered = clamp(0.5 * facing / max(slope, 1e-4), 0.0, 1.0);
     }
 
     vec3 off = (bind - visor) * vec3(15.0, 34.0, 15.0);
@@ -72,7 +74,8 @@ void main() {
 
     float lambert = dot(n, to_light);
     float key = max(0.80 * lambert + 0.20, 0.0);
-    vec3 light = vec3(1.10, 1.0, 0.86) * key * 0.95 + mix(vec3(0.20, 0.185, 0.18), vec3(0.34, 0.42, 0.52), 0.5 + 0.5 * n.y);
+    vec3 ambient = mix(vec3(0.20, 0.185, 0.18), vec3(0.34, 0.42, 0.52), 0.5 + 0.5 * n.y);
+    vec3 light = vec3(1.045, 0.95, 0.82) * key + ambient;
     light *= 0.74 + 0.26 * clamp(world.y * 1.3 + 0.1, 0.0, 1.0);    // close to the ground less light comes in
     float rim = 1.0 - max(facing, 0.0);
     rim *= rim;
@@ -83,7 +86,7 @@ void main() {
 }
 """
 
-# ---- shadow: the body flattened along the light into a small picture of the ground ---------------------------------------------
+# ---- shadow: the body flattened along the light into a small picture of the ground --------------------------
 
 SHADOW_VERTEX = _SKIN + """
 uniform vec3 to_light;
@@ -125,7 +128,7 @@ void main() {
 }
 """
 
-# ---- ground and sky ----------------------------------------------------------------------------------------------------------
+# ---- ground and sky -----------------------------------------------------------------------------------------
 
 SKY = """
 const vec3 HORIZON = vec3(0.860, 0.890, 0.915);
@@ -161,7 +164,7 @@ out vec2 world;
 out vec2 from_focus;
 out vec2 shadow_uv;
 void main() {
-    from_focus = GROUND_REACH * (2.0 * vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) - 1.0);  // one triangle, wider than the haze
+    from_focus = GROUND_REACH * (2.0 * vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) - 1.0);  // one large triangle
     world = focus.xz + from_focus;
     shadow_uv = 0.5 + 0.5 * (world - area.xy) / area.z;
     gl_Position = world_to_clip * vec4(world.x, 0.0, world.y, 1.0);
@@ -175,7 +178,8 @@ in vec2 from_focus;
 in vec2 shadow_uv;
 out vec4 pixel;
 
-// How much of a pixel lies on lines `width` wide at every whole number, with `density` pixels to 1; where lines crowd, their mean.
+// How much of a pixel lies on lines `width` wide at every whole number, with `density` pixels to 1: where lines crowd,
+// their mean.
 float lines(vec2 p, vec2 density, float width) {
     vec2 away = abs(fract(p - 0.5) - 0.5);
     vec2 covered = clamp((width - away) * density + 0.5, 0.0, 1.0) * min(width * 2.0 * density, 1.0);
@@ -192,7 +196,7 @@ void main() {
 }
 """
 
-# ---- marks: discs and arrows lying on the ground --------------------------------------------------------------------------------
+# ---- marks: discs and arrows lying on the ground ------------------------------------------------------------
 
 MARK_VERTEX = VERSION + """
 layout(location = 0) in vec4 place;   // x, z of the start, x, z from there to the tip (for a disc: its radius along x)
@@ -207,7 +211,8 @@ void main() {
     vec2 along = place.zw / max(reach, 1e-4), across = vec2(-along.y, along.x);
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
     bool disc = kind.x < 1.5;
-    at = disc ? (corner * 2.0 - 1.0) * reach : vec2(mix(-0.05, reach + 0.05, corner.x), (corner.y * 2.0 - 1.0) * (kind.y + 0.05));
+    vec2 arrow_corner = vec2(mix(-0.05, reach + 0.05, corner.x), (corner.y * 2.0 - 1.0) * (kind.y + 0.05));
+    at = disc ? (corner * 2.0 - 1.0) * reach : arrow_corner;
     vec2 ground = place.xy + along * at.x + across * at.y;
     tint = colour;
     look = vec3(kind.x, reach, kind.y);
@@ -244,7 +249,7 @@ void main() {
 }
 """
 
-# ---- panels: pictures laid over the scene -----------------------------------------------------------------------------------------
+# ---- panels: pictures laid over the scene -------------------------------------------------------------------
 
 PANEL_VERTEX = VERSION + """
 uniform vec4 box;  // left, bottom, width, height in clip units

@@ -1,7 +1,7 @@
-"""The figure's skin: its capsules melted into one smooth surface, cut into triangles and tied to the joints. Made at start-up.
+"""The figure's skin: its capsules melted into one smooth surface, cut into triangles and tied to the joints.
 
-The surface is where a smooth union of distances (log-sum-exp) is zero; the triangles come from naive surface nets (Gibson 1998)
-and each corner is then moved onto the surface. A corner follows the joints whose capsules are near it."""
+The surface is where a smooth union of distances (log-sum-exp) is zero; the triangles come from naive surface nets
+(Gibson 1998) and each corner is then moved onto the surface. A corner follows the joints whose capsules are near it."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -21,7 +21,8 @@ TIES = 4  # joints a corner may follow
 
 @dataclass(frozen=True)
 class Skin:
-    """A mesh in the bind pose: positions, normals (n, 3), light that reaches each corner (n,) 0..1, joints and weights (n, 4), triangles."""
+    """A mesh in the bind pose: positions and normals (n, 3), how much light reaches a corner (n,) 0..1, the joints it
+    follows and their weights (n, 4), triangles (m, 3)."""
 
     positions: np.ndarray
     normals: np.ndarray
@@ -35,7 +36,7 @@ class Skin:
 def make_skin(cell: float) -> Skin:
     """The skin in triangles of about `cell` metres."""
     low, high = body.BIND.positions.min(0) - 0.3, body.BIND.positions.max(0) + 0.3
-    axes = [np.arange(a, b, cell) for a, b in zip(low, high)]
+    axes = [np.arange(a, b, cell) for a, b in zip(low, high, strict=True)]
     corners, triangles = surface_nets(_grid_distance(axes))
     positions = low + corners * cell
     for _ in range(3):
@@ -54,7 +55,7 @@ _AXES = rot.rotate(_TURN[:, None], body.form_frames())
 
 
 def _form_distance(form: int, points: np.ndarray) -> np.ndarray:
-    """Signed distance (...) from points (..., 3) to one capsule, nearly: exact where its radius is constant and it is not stretched."""
+    """Signed distance (...) from points (..., 3) to one capsule; exact where it is neither tapered nor stretched."""
     local = (points - _ORIGIN[form]) @ (_AXES[form] / body.FORM_STRETCH[form][:, None]).T
     length = body.FORM_LENGTH[form]
     along = np.clip(local[..., 1], 0, length)
@@ -63,7 +64,7 @@ def _form_distance(form: int, points: np.ndarray) -> np.ndarray:
 
 
 def _distance(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Melted distance (n,) at points (n, 3), and each joint's nearness (n, 21): the sum of exp(-distance / MELT) over its capsules."""
+    """Melted distance (n,) at points (n, 3), each joint's nearness (n, 21): exp(-distance / MELT) of its capsules."""
     nearness = np.zeros((len(points), JOINT_COUNT))
     for form, joint in enumerate(body.FORM_JOINT):
         near = np.flatnonzero(np.all(np.abs(points - _ORIGIN[form]) < _box(form), axis=-1))
@@ -73,22 +74,24 @@ def _distance(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _box(form: int) -> np.ndarray:
     """(3,) half extents about a form's start outside of which it does not count."""
-    return np.abs(_AXES[form][1]) * body.FORM_LENGTH[form] + body.FORM_STRETCH[form].max() * body.FORM_RADII[form].max() + REACH
+    thickness = body.FORM_STRETCH[form].max() * body.FORM_RADII[form].max()
+    return np.abs(_AXES[form][1]) * body.FORM_LENGTH[form] + thickness + REACH
 
 
 def _distance_and_normal(points: np.ndarray, step: float = 1e-3) -> tuple[np.ndarray, np.ndarray]:
     """Melted distance (n,) and its direction of steepest growth (n, 3)."""
-    gradient = np.stack([_distance(points + offset)[0] - _distance(points - offset)[0] for offset in step * np.eye(3)], axis=-1)
-    return _distance(points)[0], rot.normalize(gradient)
+    gradient = [_distance(points + offset)[0] - _distance(points - offset)[0] for offset in step * np.eye(3)]
+    return _distance(points)[0], rot.normalize(np.stack(gradient, axis=-1))
 
 
 def _grid_distance(axes: list[np.ndarray]) -> np.ndarray:
     """Melted distance on a grid: each capsule is only asked about the block round it."""
     nearness = np.zeros([len(axis) for axis in axes])
     for form in range(len(body.FORMS)):
-        block = tuple(slice(*np.searchsorted(axis, (centre - half, centre + half)))
-                      for axis, centre, half in zip(axes, _ORIGIN[form], _box(form)))
-        points = np.stack(np.meshgrid(*(axis[part] for axis, part in zip(axes, block)), indexing="ij"), axis=-1)
+        ends = np.stack([_ORIGIN[form] - _box(form), _ORIGIN[form] + _box(form)], axis=-1)
+        block = tuple(slice(*np.searchsorted(axis, pair)) for axis, pair in zip(axes, ends, strict=True))
+        sides = [axis[part] for axis, part in zip(axes, block, strict=True)]
+        points = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1)
         nearness[block] += np.exp(-_form_distance(form, points) / MELT)
     return -MELT * np.log(np.maximum(nearness, 1e-12))
 
@@ -102,21 +105,21 @@ def _ties(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def surface_nets(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The zero surface of a grid (x, y, z): corners (n, 3) in cells, and triangles (m, 3) whose front looks to the positive side.
+    """The zero surface of a grid (x, y, z): corners (n, 3) in cells, and triangles (m, 3) that front the positive side.
 
-    Every cell that the surface crosses gets one corner, the mean of the crossings on its edges; every grid edge that it crosses
-    joins the corners of the four cells around that edge."""
+    Every cell that the surface crosses gets one corner, the mean of the crossings on its edges; every grid edge that it
+    crosses joins the corners of the four cells around that edge."""
     cells = np.array(distance.shape) - 1
     total, count = np.zeros((*cells, 3)), np.zeros(cells)
     for axis in range(3):
         others = [a for a in range(3) if a != axis]
-        start, end = np.delete(distance, -1, axis), np.delete(distance, 0, axis)  # the two ends of each edge along the axis
+        start, end = np.delete(distance, -1, axis), np.delete(distance, 0, axis)  # of each edge along the axis
         crossed = (start < 0) != (end < 0)
         where = np.where(crossed, start / np.where(crossed, start - end, 1), 0)
         for corner in product((0, 1), repeat=2):  # the four edges of a cell along this axis
             part = [slice(None)] * 3
             offset = np.zeros(3)
-            for other, side in zip(others, corner):
+            for other, side in zip(others, corner, strict=True):
                 part[other] = slice(side, side + cells[other])
                 offset[other] = side
             hit = crossed[tuple(part)]

@@ -28,7 +28,7 @@ def stick_of_keys(held: Collection[str]) -> Vector:
 
 
 def to_world(stick: Vector, camera_yaw: float) -> Vector:
-    """A stick (right, away from the camera) in world axes (x, z), seen by a camera that looks along `camera_yaw` radians."""
+    """A stick (right, away from the camera) in world axes (x, z); the camera looks along `camera_yaw` radians."""
     sine, cosine = float(np.sin(camera_yaw)), float(np.cos(camera_yaw))
     x, z = -cosine * stick[0] + sine * stick[1], sine * stick[0] + cosine * stick[1]
     length = max(1.0, float(np.hypot(x, z)))  # rounding must not push a full stick past its length

@@ -66,7 +66,7 @@ class StyleChoice:
         self.wear(OWN)
 
     def change_strength(self, steps: int) -> None:
-        """Makes the picked parts' styles stronger by tenths, within 0 .. MAX_STRENGTH; all of them end equally strong."""
+        """Makes the picked parts' styles stronger by tenths, within 0 .. MAX_STRENGTH; they end equally strong."""
         strength = round(min(max(self.strength + STEP * steps, 0.0), MAX_STRENGTH), 3)
         self._strength.update(dict.fromkeys(self.parts, strength))
         self.style = {part: (name, strength if part in self.parts else old) for part, (name, old) in self.style.items()}

@@ -13,7 +13,7 @@ TWIN_DISTANCE = 1.15  # metres between the character and its neutral twin
 
 @dataclass
 class View:
-    """One picture's settings. The camera is the only thing in it that remembers anything: call `follow` once a picture."""
+    """One picture's settings. Only the camera remembers anything: call `follow` once a picture."""
 
     camera: Camera = field(default_factory=Camera)
     twin: bool = False

@@ -1,4 +1,4 @@
-"""Windows with OpenGL 3.3: on the screen, or off it with the same drawing path. Nothing of OpenGL is imported before one is open."""
+"""Windows with OpenGL 3.3, on the screen or off it; nothing of OpenGL is imported before one is open."""
 
 import os
 import sys
@@ -98,16 +98,17 @@ class OffscreenWindow(Window):
 def open_window(size: tuple[int, int] = (1280, 720), visible: bool = True) -> Window:
     """Opens a window of (width, height) pixels, on the screen or off it, with a current OpenGL 3.3 context bound to it.
 
-    Raises NoDisplay where there is no screen (visible windows only) and NoGL where OpenGL cannot be had; each says in one sentence
-    what is missing and which package brings it."""
+    Raises NoDisplay where there is no screen (visible windows only) and NoGL where OpenGL cannot be had; each says in
+    one sentence what is missing and which package brings it."""
     if visible and not has_display():
-        raise NoDisplay("there is no display to open a window on: set DISPLAY or WAYLAND_DISPLAY, or use a command that runs headless")
+        raise NoDisplay("there is no display to open a window on: set DISPLAY or WAYLAND_DISPLAY, or run headless")
     pygame.display.quit()
     with _video_driver(None if visible else _offscreen_driver()):
         try:
             pygame.display.init()
         except pygame.error as error:
-            raise NoDisplay(f"the display cannot be opened ({error}): check DISPLAY or WAYLAND_DISPLAY, or run headless") from None
+            raise NoDisplay(f"the display cannot be opened ({error}): check DISPLAY or WAYLAND_DISPLAY, "
+                            "or run headless") from None
     try:
         _make_context(size if visible else (16, 16), visible)
         return (ScreenWindow if visible else OffscreenWindow)(size)
@@ -117,11 +118,11 @@ def open_window(size: tuple[int, int] = (1280, 720), visible: bool = True) -> Wi
 
 
 def has_display() -> bool:
-    """Whether a visible window can be tried: macOS and Windows always have a screen, elsewhere the environment names it."""
+    """Whether a visible window can be tried: macOS and Windows have a screen, elsewhere the environment names it."""
     if sys.platform in ("darwin", "win32"):
         return True
-    driver = os.environ.get("SDL_VIDEODRIVER", "")
-    return driver == "offscreen" or (driver != "dummy" and bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")))
+    driver, named = os.environ.get("SDL_VIDEODRIVER"), os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    return driver == "offscreen" or (driver != "dummy" and bool(named))
 
 
 def _offscreen_driver() -> str | None:
@@ -146,7 +147,8 @@ class _video_driver:
 
 
 def _make_context(size: tuple[int, int], visible: bool) -> None:
-    for attribute, value in ((pygame.GL_CONTEXT_MAJOR_VERSION, GL_VERSION[0]), (pygame.GL_CONTEXT_MINOR_VERSION, GL_VERSION[1]),
+    for attribute, value in ((pygame.GL_CONTEXT_MAJOR_VERSION, GL_VERSION[0]),
+                             (pygame.GL_CONTEXT_MINOR_VERSION, GL_VERSION[1]),
                              (pygame.GL_CONTEXT_PROFILE_MASK, pygame.GL_CONTEXT_PROFILE_CORE),
                              (pygame.GL_CONTEXT_FLAGS, pygame.GL_CONTEXT_FORWARD_COMPATIBLE_FLAG)):
         pygame.display.gl_set_attribute(attribute, value)
@@ -175,7 +177,8 @@ def _load_gl():
         from demo import gl
 
         if gl.version() < GL_VERSION:
-            raise NoGL(f"OpenGL {GL_VERSION[0]}.{GL_VERSION[1]} is needed but this machine offers {'.'.join(map(str, gl.version()))}; {PACKAGES}")
-    except (ImportError, AttributeError, TypeError) as error:  # what PyOpenGL raises where the system's libraries are missing
+            needed, found = (".".join(map(str, version)) for version in (GL_VERSION, gl.version()))
+            raise NoGL(f"OpenGL {needed} is needed but this machine offers {found}; {PACKAGES}")
+    except (ImportError, AttributeError, TypeError) as error:  # what PyOpenGL raises where libraries are missing
         raise NoGL(f"OpenGL's libraries cannot be loaded ({error}); {PACKAGES}") from None
     return gl

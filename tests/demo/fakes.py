@@ -1,6 +1,9 @@
-"""Stand-ins that need no weights: a procedural walker and a stylizer that bends the joints of each part by a fixed angle."""
+"""Stand-ins that need no weights: a procedural walker and a stylizer that bends the joints of each part."""
+
+from dataclasses import replace
 
 import numpy as np
+import pygame
 
 from sim import rotations as rot
 from sim.command import Command
@@ -32,14 +35,13 @@ class Walker:
         return self._pose(min(speed / 1.3, 1.6))
 
     def _pose(self, effort: float) -> Pose:
-        turns = {name: np.zeros(2) for name in ("LeftArm", "RightArm")}  # joint -> angles about its x and z axes
+        turns = {}  # joint -> angles about its x and z axes
         for side, sign, phase in (("Left", 1, self.phase), ("Right", -1, self.phase + np.pi)):
             swing = np.sin(phase)
             turns[f"{side}UpLeg"] = np.array([-0.45 * swing * effort - 0.1 * effort, 0.02 * sign])
             turns[f"{side}Leg"] = np.array([(0.15 + 0.65 * max(0.0, np.cos(phase))) * effort, 0])
             turns[f"{side}Foot"] = np.array([-0.12 * effort * swing, 0])
             turns[f"{side}Arm"] = np.array([0.5 * swing * effort, -1.28 * sign])
-            turns[f"{side}ForeArm"] = np.array([0, 0.0])
         turns["Spine"] = np.array([0.05 * effort, 0])
         local = np.tile(rot.IDENTITY, (JOINT_COUNT, 1))
         for name, (about_x, about_z) in turns.items():
@@ -47,12 +49,13 @@ class Walker:
         for side, sign in (("Left", 1), ("Right", -1)):
             local[INDEX[f"{side}ForeArm"]] = rot.from_axis_angle(np.array([0, 1.0, 0]), -sign * (0.25 + 0.35 * effort))
         local[0] = rot.from_yaw(self.facing)
-        pose = Pose(self.position, self.facing, self.position + [0, REST_HIPS_HEIGHT, 0], to_global(local), np.zeros(4), self.phase)
+        hips = self.position + [0, REST_HIPS_HEIGHT, 0]
+        pose = Pose(self.position, self.facing, hips, to_global(local), np.zeros(4), self.phase)
         feet = pose.positions[CONTACT_JOINTS, 1]
         lowest = min(feet[1], feet[3], feet[0] - 0.05, feet[2] - 0.05)
         pose = pose.with_body(pose.hips - [0, lowest - 0.02, 0], pose.rotations)
         heights = pose.positions[CONTACT_JOINTS, 1] - [0.07, 0.02, 0.07, 0.02]
-        return Pose(self.position, self.facing, pose.hips, pose.rotations, np.clip(1 - heights / 0.04, 0, 1), self.phase)
+        return replace(pose, contacts=np.clip(1 - heights / 0.04, 0, 1))
 
 
 class Bender:
@@ -64,10 +67,16 @@ class Bender:
             if name not in BENDS:
                 raise ValueError(f"unknown style '{name}'")
             joints = [joint for joint in PARTS[part] if joint != 0]
-            local[joints] = rot.multiply(local[joints], rot.from_axis_angle(X, np.full(len(joints), BENDS[name] * strength * 0.5)))
+            bend = rot.from_axis_angle(X, np.array(BENDS[name] * strength * 0.5))
+            local[joints] = rot.multiply(local[joints], np.tile(bend, (len(joints), 1)))
         return neutral.with_body(neutral.hips, to_global(local))
 
 
 def fake_session() -> Session:
     """A session that needs no weights."""
     return Session(Walker(), Bender())
+
+
+def key(name: str, down: bool = True) -> pygame.event.Event:
+    """The event of a key going down or up, by pygame's name of it."""
+    return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=pygame.key.key_code(name), mod=0)

@@ -1,8 +1,9 @@
-"""Keys, sticks and pads become commands and style choices: first the plain functions, then real SDL events without a screen."""
+"""Keys, sticks and pads become commands and style choices: the plain functions, then SDL events without a screen."""
 
 import numpy as np
 import pygame
 import pytest
+from pygame._sdl2 import controller
 
 from demo import bindings, steering
 from demo.devices import Devices
@@ -11,13 +12,14 @@ from demo.style_choice import OWN, StyleChoice
 from sim.command import Command
 from sim.recording import MAX_STRENGTH
 from sim.skeleton import GROUPS, PART_NAMES
+from tests.demo.fakes import key
 from tests.demo.virtual_pad import VirtualPad
 
-HELD = {"forward", "left", "back", "right", "run", "face_left", "face_right", "face_free"}  # what the devices themselves act on
+HELD = {"forward", "left", "back", "right", "run", "face_left", "face_right", "face_free"}  # the devices act on these
 DT = 1 / 60
 
 
-# ---- steering ---------------------------------------------------------------------------------------------------------------
+# ---- steering -----------------------------------------------------------
 
 @pytest.mark.parametrize("angle", np.linspace(0, 2 * np.pi, 9))
 def test_dead_zone_is_round_and_full_way_is_one(angle):
@@ -35,7 +37,8 @@ def test_keys_make_a_stick_no_longer_than_one():
     assert np.hypot(*steering.stick_of_keys({"forward", "right"})) == pytest.approx(1)
 
 
-@pytest.mark.parametrize("yaw, away, right", [(0.0, (0, 1), (-1, 0)), (np.pi / 2, (1, 0), (0, 1)), (np.pi, (0, -1), (1, 0))])
+@pytest.mark.parametrize("yaw, away, right", [(0.0, (0, 1), (-1, 0)), (np.pi / 2, (1, 0), (0, 1)),
+                                              (np.pi, (0, -1), (1, 0))])
 def test_stick_is_seen_from_the_camera(yaw, away, right):
     """A camera that looks along +Z has +X, the character's left, on its left."""
     np.testing.assert_allclose(steering.to_world((0.0, 1.0), yaw), away, atol=1e-12)
@@ -47,7 +50,7 @@ def test_no_rounding_makes_a_world_stick_too_long():
         assert np.hypot(*steering.to_world(steering.stick_of_keys({"forward", "right"}), yaw)) <= 1 + 1e-9
 
 
-# ---- the choice of styles ---------------------------------------------------------------------------------------------------
+# ---- the choice of styles -----------------------------------------------------------
 
 def test_each_part_wears_its_own_choice():
     choice = StyleChoice(["old", "proud"])
@@ -109,7 +112,7 @@ def test_a_bank_without_styles_can_be_cycled():
     assert choice.style == {} and choice.name == OWN
 
 
-# ---- the table of bindings --------------------------------------------------------------------------------------------------
+# ---- the table of bindings -----------------------------------------------------------
 
 def test_no_key_or_button_does_two_things():
     keys = [key for control in bindings.CONTROLS for names in control.keys.values() for key in names]
@@ -130,21 +133,19 @@ def test_every_control_is_explained():
     assert "W A S D" in [keys.split(",")[0] for _, keys, _, _ in bindings.help_rows()]
 
 
-# ---- devices, with SDL's events ---------------------------------------------------------------------------------------------
+# ---- devices, with SDL's events -----------------------------------------------------------
 
 @pytest.fixture
 def devices(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setenv("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1")
+    controller.quit()  # SDL asks whether it may listen without the keyboard's focus when it starts to
+    pygame.joystick.quit()
     pygame.display.quit()
     pygame.display.init()
     pygame.display.set_mode((64, 64))
     yield Devices()
     pygame.display.quit()
-
-
-def key(name: str, down: bool = True) -> pygame.event.Event:
-    return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=pygame.key.key_code(name), mod=0, unicode="", scancode=0)
 
 
 def command_of(devices: Devices, camera_yaw=0.0, facing=0.0, style=None) -> Command:

@@ -1,4 +1,4 @@
-"""The live loop, driven by synthetic SDL events and a clock of its own, without a screen: steer, restyle, record, leave."""
+"""The live loop, driven by synthetic SDL events and a clock of its own, without a screen."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from demo.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
 from demo.style_choice import StyleChoice
 from demo.window import NoDisplay, NoGL, open_window
 from sim import recording
-from tests.demo.fakes import BENDS, fake_session
+from tests.demo.fakes import BENDS, fake_session, key
 
 SIZE = (320, 180)
 STYLES = tuple(BENDS)
@@ -49,10 +49,6 @@ def screen(tmp_path, monkeypatch):
         yield opened
 
 
-def key(name: str, down: bool = True) -> pygame.event.Event:
-    return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=pygame.key.key_code(name), mod=0, unicode="", scancode=0)
-
-
 def play(screen, script: dict[int, list], seconds: float, session=None, styles=STYLES, **options) -> tuple[Live, list]:
     """Runs with the events of `script` posted before their frame; gives the run and every command that was stepped."""
     session, clock, commands = session or fake_session(), Clock(), []
@@ -88,7 +84,7 @@ def test_slow_pictures_are_made_up_for_with_more_steps(screen):
     clock = Clock([1.9 * FRAME_SECONDS] * 100)
     report = run_live(fake_session(), STYLES, seconds=1.0, window=clock.on(screen), clock=clock, sleep=clock.sleep)
     assert report.frames == 60 and report.missed == 0 and 30 <= report.pictures <= 34
-    assert clock.now - 100 == pytest.approx(1.0, abs=3 * FRAME_SECONDS)
+    assert clock.now - 100 == pytest.approx(1.0, abs=5 * FRAME_SECONDS)
 
 
 def test_a_long_stop_is_counted_and_not_raced_after(screen):
@@ -100,10 +96,12 @@ def test_a_long_stop_is_counted_and_not_raced_after(screen):
 
 
 def test_keys_steer_pick_style_and_leave(screen):
-    script = {2: [key("w"), key("left shift")], 10: [key("4"), key("]"), key("-"), key("-")], 20: [key("n")], 30: [key("escape")]}
+    script = {2: [key("w"), key("left shift")], 10: [key("4"), key("]"), key("-"), key("-")], 20: [key("n")],
+              30: [key("escape")]}
     live, commands = play(screen, script, seconds=5)
     assert live.leaving and live.frames < 40 and live.view.twin
-    assert commands[0].move == (0, 0) and np.hypot(*commands[15].move) == pytest.approx(1) and commands[15].gait == "run"
+    assert commands[0].move == (0, 0)
+    assert np.hypot(*commands[15].move) == pytest.approx(1) and commands[15].gait == "run"
     away = live.view.camera.forward[[0, 2]]
     np.testing.assert_allclose(commands[15].move, away / np.linalg.norm(away), atol=0.02)
     assert commands[5].style == {} and commands[-1].style == {"left_arm": ("bent", 0.8)}
