@@ -15,15 +15,21 @@ from sim.source_body import ENOUGH_PLANTED, SIDES, SourceBody
 
 LEFT, UP, FORWARD = np.eye(3)
 SNAP = np.cos(np.radians(35.0))  # a direction this near to a local axis was meant to be that axis
+ALIKE, OPPOSITE = np.cos(np.radians((80.0, 135.0)))  # a neck and a head, an upper and a lower arm differ by less in use
 TORSO = ("Hips", "Spine", "Chest", "Neck", "Head")
 # Upper joint, lower joint, end, and the hinge: the axis about which the limb bends, in our T-pose.
 LIMBS = [(side + "UpLeg", side + "Leg", side + "Foot", LEFT) for side in SIDES] + [
     ("LeftArm", "LeftForeArm", "LeftHand", -UP), ("RightArm", "RightForeArm", "RightHand", UP)]
 
-LEAST_BEND, LEAST_ROLL = 0.1, np.radians(10.0)  # a limb straighter on average shows no hinge; a smaller roll is posture
+FIXED_AXIS = 0.98  # the mean axis about which a limb bends is so long, next to 1, if it is a hinge
+LEAST_STRETCH = 0.1  # the range of a bend (a sine) that tells a hinge from an arm held still
+# A limb is rolled to its hinge if it is bent by so much on average (a sine), and both bones see the hinge alike within
+# this angle, and off ours by more than it.
+LEAST_BEND, HINGE_ANGLE = 0.2, np.radians(9.0)
 # How far a sole may be pitched (skeletons without, with an upright zero pose) or rolled from where the skeleton says
 # it is; farther is a body on tiptoe, or lying.
-MOST_PITCH, MOST_REST_PITCH, MOST_ROLL = np.radians((50.0, 30.0, 20.0))
+MOST_PITCH = {"Foot": np.radians(40.0), "Toe": np.radians(55.0)}
+MOST_REST_PITCH, MOST_ROLL = np.radians((30.0, 20.0))
 # A head that leans farther from the neck than this, on average over a clip, has a tilted axis and is raised by so much.
 # Only CMU 69's does, by 37 degrees and more; no clip of the other archives leans by more than 16.
 HEAD_LEANS, HEAD_TILT = np.radians((30.0, 30.0))
@@ -39,7 +45,7 @@ def alignment(body: SourceBody) -> dict[str, np.ndarray]:
         _roll_to_hinge(body, constants, *limb)
     for end in ("Foot", "Toe"):
         if body.has("Left" + end, "Right" + end):
-            _flatten_soles(body, constants, end, MOST_PITCH if axes is None else MOST_REST_PITCH)
+            _flatten_soles(body, constants, end, MOST_PITCH[end] if axes is None else MOST_REST_PITCH)
     return constants
 
 
@@ -57,6 +63,12 @@ def _nearest_axis(direction: np.ndarray) -> np.ndarray:
     direction = rot.normalize(direction)
     largest = np.abs(direction).argmax()
     return np.eye(3)[largest] * np.sign(direction[largest]) if abs(direction[largest]) > SNAP else direction
+
+
+def _across(bone: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """The nearest to a direction (3,) of the local axes that lie across a bone; itself, if the bone lies along none."""
+    along = np.abs(_nearest_axis(bone))
+    return _nearest_axis(direction * (1.0 - along)) if along.max() == 1.0 else rot.normalize(direction)
 
 
 # ---- skeletons with an upright zero pose ----
@@ -121,10 +133,18 @@ def _from_bones(body: SourceBody) -> dict[str, np.ndarray]:
     for upper, lower, end, hinge in LIMBS:
         along = rot.normalize(body.at(lower) - body.at(upper))
         likely = hips_left if upper.endswith("UpLeg") else rot.cross(along, chest_forward)
-        bend = body.bend(upper, lower, end) + 0.05 * likely  # a limb that never bends still has a likely hinge
-        for start, stop in ((upper, lower), (lower, end)):
-            axis = _nearest_axis(body.seen_from(start, bend))
-            constants[start] = align(BONE_OFFSETS[INDEX[stop]], hinge, body.bone(start, stop), axis)
+        bend = body.bend(upper, lower, end)
+        amount = np.linalg.norm(bend, axis=-1, keepdims=True)
+        if np.ptp(np.percentile(amount, (5, 95))) < LEAST_STRETCH or not _is_hinge(body, upper, bend):
+            bend = bend * amount + 0.1 * likely  # trust it where it bends far and, where it never does, what is likely
+        bones = rot.normalize(np.array([body.bone(upper, lower), body.bone(lower, end)]))
+        axis = _across(bones[0], body.seen_from(upper, bend))
+        constants[upper] = align(BONE_OFFSETS[INDEX[lower]], hinge, bones[0], axis)
+        # A forearm may be turned over throughout a clip: it has the upper arm's axes unless it clearly has not.
+        seen = rot.normalize(body.seen_from(lower, bend))
+        if bones[0] @ bones[1] < 0.9 or axis @ seen < OPPOSITE:
+            axis = _across(bones[1], seen)
+        constants[lower] = align(BONE_OFFSETS[INDEX[end]], hinge, bones[1], axis)
         constants[end] = constants[lower]
 
     for side in SIDES:  # feet: the knee's hinge goes across them; a toe's axes are like its foot's
@@ -144,14 +164,17 @@ def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
     girdle = "Shoulder" if body.has("LeftShoulder", "RightShoulder") else "Arm"
     hips_left = body.at("LeftUpLeg") - body.at("RightUpLeg")
     chest_left = body.at("Left" + girdle) - body.at("Right" + girdle)
+    left = None
     for name, above in zip(torso, [*torso[1:], None], strict=True):
         if name == "Hips":  # the whole trunk, since what joins hips and spine leans as the rig's maker liked
             trunk = body.at("Neck" if body.has("Neck") else "Head") - body.between_hips()
             up = _nearest_axis(body.seen_from(name, trunk))
         elif above:
             up = _nearest_axis(body.bone(name, above))
-        # (the head, with nothing above, has the neck's axis)
-        left = _nearest_axis(body.seen_from(name, hips_left if name in ("Hips", "Spine") else chest_left))
+        # The head, with nothing above, has the neck's axes; both may be turned aside throughout a clip.
+        seen = rot.normalize(body.seen_from(name, hips_left if name in ("Hips", "Spine") else chest_left))
+        alike = name in ("Neck", "Head") and left @ seen > ALIKE
+        left = left if alike else _across(up, seen)
         constants[name] = align(UP, LEFT, up, left)
 
     if body.has("Neck"):
@@ -167,21 +190,24 @@ def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
 
 
 def _roll_to_hinge(body: SourceBody, constants: dict, upper: str, lower: str, end: str, hinge: np.ndarray) -> None:
-    """Rolls a limb so that it bends about our hinge: CMU's elbows, for one, bend 30 degrees off the horizontal at rest.
+    """Rolls a limb whose hinge lies otherwise than ours: CMU's elbows bend 30 degrees off the horizontal at rest.
 
-    The upper bone is defined by its hinge. The lower one follows only if it sees the hinge at the same angle (a pure
-    hinge); else what differs is pronation, which is motion."""
+    Only where it plainly is a hinge; what both bones do not see alike is a twist of the arm, which is motion."""
     bend, bone = body.bend(upper, lower, end), rot.normalize(BONE_OFFSETS[INDEX[lower]])
-    rolls = {}
-    for name in (upper, lower):
-        axis = rot.rotate(rot.inverse(constants[name]), body.seen_from(name, bend))
-        rolls[name] = np.arctan2(rot.cross(hinge, axis) @ bone, hinge @ axis)
-    if np.linalg.norm(axis) < LEAST_BEND or abs(rolls[upper]) < LEAST_ROLL:
+    if not all(_is_hinge(body, name, bend) for name in (upper, lower)):
         return
-    follows = abs(rot.wrap_angle(rolls[upper] - rolls[lower])) < LEAST_ROLL
-    hand = (end,) if end.endswith("Hand") else ()
-    for name in (upper, lower, *hand) if follows else (upper,):
-        constants[name] = rot.multiply(constants[name], rot.from_axis_angle(bone, rolls[upper]))
+    axes = [rot.rotate(rot.inverse(constants[name]), body.seen_from(name, bend)) for name in (upper, lower)]
+    rolls = [np.arctan2(rot.cross(hinge, axis) @ bone, hinge @ axis) for axis in axes]
+    bent = np.linalg.norm(bend, axis=-1).mean() > LEAST_BEND
+    if bent and abs(rolls[0] - rolls[1]) < HINGE_ANGLE < min(map(abs, rolls)):
+        turn = rot.from_axis_angle(bone, np.mean(rolls))
+        for name in (upper, lower, end) if end.endswith("Hand") else (upper, lower):
+            constants[name] = rot.multiply(constants[name], turn)
+
+
+def _is_hinge(body: SourceBody, name: str, bend: np.ndarray) -> bool:
+    """True if a limb bends about one axis of its joint `name`: bend (F, 3) is SourceBody.bend."""
+    return np.linalg.norm(body.seen_from(name, bend)) > FIXED_AXIS * np.linalg.norm(bend[body.sample], axis=-1).mean()
 
 
 def _flatten_soles(body: SourceBody, constants: dict, end: str, most_pitch: float) -> None:
@@ -193,13 +219,14 @@ def _flatten_soles(body: SourceBody, constants: dict, end: str, most_pitch: floa
     both = np.concatenate(ups)
     if len(both) < ENOUGH_PLANTED:
         return
-    # Not the middle but the flatter half's: a heel leaves the floor while the toes still stand.
-    pitch = np.percentile(np.arctan2(both[:, 2], both[:, 1]), 75)
-    if abs(pitch) > most_pitch:
-        return
     for side, up in zip(SIDES, ups, strict=True):
-        roll = np.median(np.arctan2(-up[:, 0], up[:, 1])) if len(up) >= ENOUGH_PLANTED / 2 else 0.0
-        roll = rot.from_axis_angle(FORWARD, np.clip(roll, -MOST_ROLL, MOST_ROLL))
+        seen = up if len(up) >= ENOUGH_PLANTED else both * [0.0, 1.0, 1.0]  # the other foot's pitch, but not its roll
+        # Not the middle but the flatter half's: a heel leaves the floor while the toes still stand.
+        pitch = np.percentile(np.arctan2(seen[:, 2], seen[:, 1]), 75)
+        if abs(pitch) > most_pitch:
+            continue
+        roll = np.clip(np.median(np.arctan2(-seen[:, 0], seen[:, 1])), -MOST_ROLL, MOST_ROLL)
+        roll = rot.from_axis_angle(FORWARD, roll)
         turned = rot.multiply(constants[side + end], rot.multiply(rot.from_axis_angle(LEFT, pitch), roll))
         if end == "Foot" and body.has(side + "Toe"):  # it points where the toes are, still
             turned = align(UP, FORWARD, rot.rotate(turned, UP), body.bone(side + "Foot", side + "Toe"))

@@ -307,8 +307,9 @@ def test_a_real_walk_is_upright_and_goes_where_it_faces(walk):
         knee = _hinge(positions, side, "UpLeg", "Leg", "Foot")
         assert np.average(np.sum(rot.normalize(knee) * left, axis=-1), weights=np.linalg.norm(knee, axis=-1)) > 0.9
         hinge = _hinge(positions, side, "Arm", "ForeArm", "Hand")
+        bend = np.linalg.norm(hinge, axis=-1).mean() / (0.28 * 0.25)  # the sine: arm and forearm are so long
         hinge = rot.rotate(rot.inverse(rotations[:, INDEX[side + "Arm"]]), hinge).mean(axis=0)
-        assert rot.normalize(hinge) @ elbow > 0.85  # the elbow bends about the hinge of our T-pose
+        assert rot.normalize(hinge) @ elbow > 0.85 or bend < 0.35  # elbows bend as our T-pose's, where they bend at all
     for name in ("Hips", "Chest", "Head"):
         up = rot.rotate(rotations[:, INDEX[name]], UP)
         assert up[:, 1].mean() > 0.85
