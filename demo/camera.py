@@ -7,7 +7,7 @@ import numpy as np
 PITCH_LIMITS = (-0.02, 1.35)  # radians above the horizon: never under the floor
 DISTANCE_LIMITS = (1.2, 14.0)  # metres
 AIM_HEIGHT = 0.88  # metres: what the camera looks at
-FOLLOW_HALF_LIFE = 0.12  # seconds
+FOLLOW_HALF_LIFE = 0.08  # seconds
 ORBIT_HALF_LIFE = 0.05
 NEAR, FAR = 0.1, 200.0
 

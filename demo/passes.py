@@ -100,17 +100,25 @@ class Scenery:
         self._array = GL.glGenVertexArrays(1)
         self._sky = gl.program(shaders.SKY_VERTEX, shaders.SKY_FRAGMENT)
         self._ground = gl.program(shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT)
+        self._shade = gl.program(shaders.SHADE_VERTEX, shaders.SHADE_FRAGMENT)
 
-    def draw(self, shadow: int, horizon: float, slope: tuple[float, float], **uniforms) -> None:
+    def draw(self, horizon: float, slope: tuple[float, float], focus: np.ndarray, world_to_clip: np.ndarray) -> None:
         """horizon: its height in clip units; slope: sine of the elevation in the middle, and its growth upwards."""
         GL.glDisable(GL.GL_BLEND)
         GL.glBindVertexArray(self._array)
         if horizon < 1:
             self._sky.use(horizon=horizon, slope=slope)
             GL.glDrawArrays(GL.GL_TRIANGLE_STRIP, 0, 4)
-        GL.glBindTexture(GL.GL_TEXTURE_2D, shadow)
-        self._ground.use(**uniforms)
+        self._ground.use(focus=focus, world_to_clip=world_to_clip)
         GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
+
+    def shade(self, shadow: int, area: tuple[float, float, float], world_to_clip: np.ndarray) -> None:
+        """Lays the shadow's picture over its part of the ground: to read it for all the ground costs twice as much."""
+        GL.glEnable(GL.GL_BLEND)
+        GL.glBlendFunc(GL.GL_ZERO, GL.GL_ONE_MINUS_SRC_COLOR)
+        GL.glBindTexture(GL.GL_TEXTURE_2D, shadow)
+        self._shade.use(area=area, world_to_clip=world_to_clip)
+        GL.glDrawArrays(GL.GL_TRIANGLE_STRIP, 0, 4)
 
 
 class Marks:

@@ -54,8 +54,8 @@ class Renderer:
 
         self._scene.bind()
         self._gl.clear_depth()
-        self._scenery.draw(shadow, *_sky(camera, self.size), world_to_clip=world_to_clip, area=area,
-                           focus=camera.target)
+        self._scenery.draw(*_sky(camera, self.size), camera.target, world_to_clip)
+        self._scenery.shade(shadow, area, world_to_clip)
         self._marks.draw(self._ground_marks(frame, view), world_to_clip=world_to_clip)
         pixel = 2 * np.tan(camera.field_of_view / 2) / min(self.size)
         self._bodies.draw(figures, world_to_clip=world_to_clip, eye=camera.eye, to_light=TO_LIGHT, pixel=pixel)

@@ -157,25 +157,20 @@ void main() {
 
 GROUND_VERTEX = VERSION + """
 uniform mat4 world_to_clip;
-uniform vec3 area;
 uniform vec3 focus;  // under the camera's target
 const float GROUND_REACH = 100.0;  // metres: the haze has long closed over it
 out vec2 world;
 out vec2 from_focus;
-out vec2 shadow_uv;
 void main() {
     from_focus = GROUND_REACH * (2.0 * vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) - 1.0);  // one large triangle
     world = focus.xz + from_focus;
-    shadow_uv = 0.5 + 0.5 * (world - area.xy) / area.z;
     gl_Position = world_to_clip * vec4(world.x, 0.0, world.y, 1.0);
 }
 """
 
 GROUND_FRAGMENT = VERSION + SKY + """
-uniform sampler2D shadow;
 in vec2 world;
 in vec2 from_focus;
-in vec2 shadow_uv;
 out vec4 pixel;
 
 // How much of a pixel lies on lines `width` wide at every whole number, with `density` pixels to 1: where lines crowd,
@@ -190,10 +185,27 @@ void main() {
     float distance = dot(from_focus, from_focus);
     vec2 density = 1.0 / fwidth(world);
     float marks = 0.055 * lines(world, density, 0.010) + 0.080 * lines(world * 0.2, density * 5.0, 0.0035);
-    float shade = texture(shadow, shadow_uv).r * step(max(abs(shadow_uv.x - 0.5), abs(shadow_uv.y - 0.5)), 0.5);
     vec3 ground = mix(vec3(0.735, 0.765, 0.790), vec3(0.815, 0.832, 0.845), 1.0 / (1.0 + distance * 0.06));
-    pixel = vec4(mix(HORIZON, (ground - marks) * (1.0 - shade), 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
+    pixel = vec4(mix(HORIZON, ground - marks, 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
 }
+"""
+
+SHADE_VERTEX = VERSION + """
+uniform mat4 world_to_clip;
+uniform vec3 area;  // centre x, z and half width of the ground in the shadow's picture
+out vec2 uv;
+void main() {
+    uv = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+    vec2 world = area.xy + area.z * (uv * 2.0 - 1.0);
+    gl_Position = world_to_clip * vec4(world.x, 0.0, world.y, 1.0);
+}
+"""
+
+SHADE_FRAGMENT = VERSION + """
+uniform sampler2D shadow;
+in vec2 uv;
+out vec4 pixel;
+void main() { pixel = vec4(texture(shadow, uv).r); }  // blended: what it takes from the ground
 """
 
 # ---- marks: discs and arrows lying on the ground ------------------------------------------------------------
