@@ -1,0 +1,143 @@
+"""The style bank: what the decoder needs to know of each style, computed once and kept in one small file a style."""
+
+import os
+import re
+import sys
+from difflib import get_close_matches
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors.torch import save_file
+
+from sim.clip import FPS
+from sim.features import FEATURES, LAYOUT_VERSION, STRIDE, clip_features
+from sim.retarget import load_clip
+from sim.skeleton import JOINT_COUNT, skeleton_hash
+from stylizer import weights
+from stylizer.layers import PartStyle
+from stylizer.motion_puzzle import MotionPuzzle
+
+BUNDLED = Path(__file__).parent / "styles"
+FORMAT = "patchwalk-style-1"
+WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
+WINDOWS = 3  # spread over the clip; as many for every style, so that the parts of different styles stack
+SHORTEST = WINDOW * STRIDE  # frames, about a second: one gait cycle
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
+
+Style = dict[int, PartStyle]  # by level of the decoder, batch of one
+
+
+def user_folder() -> Path:
+    """Where the user's own styles live: PATCHWALK_HOME/styles, or the platform's folder for program data."""
+    if home := os.environ.get("PATCHWALK_HOME"):
+        return Path(home) / "styles"
+    home = Path.home()
+    platforms = {"win32": os.environ.get("APPDATA", home), "darwin": home / "Library" / "Application Support"}
+    base = platforms.get(sys.platform, os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
+    return Path(base) / "patchwalk" / "styles"
+
+
+def style_windows(features: np.ndarray) -> np.ndarray:
+    """(WINDOWS, WINDOW, 21, 15) at 30 Hz, evenly spread over a clip's features (frames, 21, 15) at 60 Hz.
+
+    Raises ValueError for a clip shorter than one window."""
+    if len(features) < SHORTEST:
+        raise ValueError(f"the clip is too short for a style: give at least {SHORTEST / FPS:.1f} s of motion")
+    starts = np.linspace(0, len(features) - SHORTEST, WINDOWS).round().astype(int)
+    return features[starts[:, None] + STRIDE * np.arange(WINDOW)]
+
+
+@torch.inference_mode()
+def encode(model: MotionPuzzle, windows: np.ndarray) -> Style:
+    """The style of a clip from its windows: AdaIN scale and bias averaged over them, the attention tokens of all."""
+    style = model.encode_style(model.normalize(torch.from_numpy(windows.astype(np.float32))))
+    return {level: PartStyle(s.scale.mean(1, keepdim=True), s.bias.mean(1, keepdim=True),
+                             s.keys.flatten(1, 2)[:, None], s.values.flatten(1, 2)[:, None])
+            for level, s in style.items()}
+
+
+def write(path: Path, name: str, style: Style, fingerprint: str, licence: str, source: str,
+          windows: np.ndarray | None = None) -> None:
+    """One style file. A user's own style keeps its windows too, so that new weights can read it again."""
+    header = {"format": FORMAT, "name": name, "weights": fingerprint, "layout": LAYOUT_VERSION,
+              "skeleton": skeleton_hash(), "licence": licence, "source": source}
+    tensors = {f"{level}.{key}": value.half().contiguous()
+               for level, part in style.items() for key, value in part._asdict().items()}
+    if windows is not None:
+        tensors["windows"] = torch.from_numpy(windows.astype(np.float16))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(".partial")
+    save_file(tensors, partial, header)
+    partial.replace(path)
+
+
+class Bank:
+    """All styles by name: the bundled ones and the user's own, for one weight file."""
+
+    def __init__(self, weights_name: str = weights.SLIM, bundled: Path = BUNDLED, user: Path | None = None) -> None:
+        """Raises ValueError where weights or a bundled style are missing or do not belong together."""
+        self.model, self.fingerprint = weights.load(weights_name)
+        self.bundled, self.user = bundled, user or user_folder()
+        self._styles: dict[str, Style] = {}
+        for path in sorted(bundled.glob("*.safetensors")):
+            self._styles[path.stem] = self._read(path)
+        for path in sorted(self.user.glob("*.safetensors")):
+            self._styles.setdefault(path.stem, self._read(path))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every style, alphabetically."""
+        return tuple(sorted(self._styles))
+
+    def __getitem__(self, name: str) -> Style:
+        """Raises ValueError, naming those spelt like it, for a style that is not there."""
+        if name not in self._styles:
+            near = get_close_matches(name, self._styles, 3)
+            hint = f"did you mean {' or '.join(near)}?" if near else "`patchwalk styles list` shows what there is"
+            raise ValueError(f"unknown style '{name}': {hint}")
+        return self._styles[name]
+
+    def add(self, path: Path, name: str, name_map: dict[str, str] | None = None) -> None:
+        """Learns a style from a BVH clip and keeps it in the user's folder. Raises ValueError or OSError.
+
+        name_map: our joint -> theirs, for a skeleton whose names are not known (sim.name_maps.load)."""
+        if not NAME.fullmatch(name):
+            raise ValueError(f"'{name}' is no style name: use up to 40 letters, digits, - and _, not - or _ first")
+        if name.lower() in map(str.lower, self._styles):  # not every file system tells cases apart
+            raise ValueError(f"there is a style '{name}' already: choose another name, or remove that one first")
+        clip = load_clip(path, name_map)
+        try:
+            windows = style_windows(clip_features(clip)).astype(np.float16)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
+        style = encode(self.model, windows)
+        write(self.user / f"{name}.safetensors", name, style, self.fingerprint, "the user's own clip", Path(path).name,
+              windows)
+        self._styles[name] = style
+
+    def remove(self, name: str) -> None:
+        """Forgets one of the user's own styles. Raises ValueError for a bundled or an unknown one."""
+        self[name]
+        path = self.user / f"{name}.safetensors"
+        if not path.exists():
+            raise ValueError(f"'{name}' comes with Patchwalk and cannot be removed: only styles that you added can")
+        path.unlink()
+        del self._styles[name]
+
+    def _read(self, path: Path) -> Style:
+        header, tensors = weights.read(path)
+        wanted = {"format": FORMAT, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}
+        for key, value in wanted.items():
+            if header.get(key) != value:
+                raise ValueError(f"{path} was made for {key} '{header.get(key)}', this version needs '{value}': "
+                                 "remove the file and add the style again")
+        if header["weights"] != self.fingerprint:
+            if "windows" not in tensors:
+                raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
+            windows = tensors["windows"].numpy().reshape(WINDOWS, WINDOW, JOINT_COUNT, FEATURES)
+            style = encode(self.model, windows)
+            write(path, header["name"], style, self.fingerprint, header["licence"], header["source"], windows)
+            return style
+        return {level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
+                for level in self.model.config.style_levels}

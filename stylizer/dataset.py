@@ -1,0 +1,188 @@
+"""Training data: a folder of BVH files, packed once into one array of features, and the windows drawn from it."""
+
+import json
+import re
+import zlib
+from collections import Counter
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from sim.clip import FPS, Clip
+from sim.features import FEATURES, LAYOUT, LAYOUT_VERSION, STRIDE, WINDOW, clip_features
+from sim.retarget import load_clip
+from sim.skeleton import INDEX, JOINT_COUNT, MIRROR, skeleton_hash
+
+STYLE_WINDOW = 32  # samples of a style clip in training: about one gait cycle
+CONTENT_SPAN = (WINDOW - 1) * STRIDE  # frames between the first and the last sample of a content window
+SHORTEST = CONTENT_SPAN + 3  # frames; shorter clips hold no window
+UPRIGHT = 0.55  # metres; clips whose hips come lower (crawling, lying) are not what a standing character does
+MOVING = 0.4  # m/s; slower clips are gestures and idling, drawn less often
+STILL_SHARE = 0.3
+HELD_OUT_EVERY = 10  # one clip in ten, by a hash of its name, is never trained on
+
+# Mirroring in features: the x of every vector flips, and so does the turn rate.
+MIRROR_SIGNS = np.where(np.isin(np.arange(FEATURES), (0, 3, 6, 9, 12, 14)), -1.0, 1.0).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class PackedClip:
+    """Where a clip lies in the packed array. label: its name without numbers, which groups takes of one action."""
+
+    name: str
+    label: str
+    start: int
+    frames: int
+    speed: float  # mean root speed, m/s
+
+    @property
+    def held_out(self) -> bool:
+        return zlib.crc32(self.name.encode()) % HELD_OUT_EVERY == 0
+
+
+def pack(data_dir: Path, out_dir: Path) -> "MotionData":
+    """Reads every BVH under data_dir into out_dir/motion.f16 and clips.json; a finished pack of the same files is kept.
+
+    Files that cannot be used are counted with the reason in `skipped`. Raises ValueError where nothing can be used."""
+    files = sorted(Path(data_dir).rglob("*.bvh"))
+    if not files:
+        raise ValueError(f"no .bvh files under {data_dir}: give a folder of BVH motion with --data")
+    source = {"features": LAYOUT_VERSION, "skeleton": skeleton_hash(),
+              "files": zlib.crc32("\n".join(f"{f} {f.stat().st_size}" for f in files).encode())}
+    index = Path(out_dir) / "clips.json"
+    if index.exists() and json.loads(index.read_text())["source"] == source:
+        return MotionData.open(out_dir)
+    out_dir.mkdir(parents=True, exist_ok=True)
+    clips, skipped, start = [], Counter(), 0
+    raw = out_dir / "motion.f16"
+    with raw.open("wb") as sink:
+        for path in tqdm(files, desc="reading motion", unit="clip"):
+            try:
+                features = _usable_features(load_clip(path))
+            except (ValueError, OSError) as error:
+                skipped[str(error).replace(str(path), "").replace(path.name, "")[:100]] += 1
+                continue
+            name = str(path.relative_to(data_dir).with_suffix(""))
+            speed = float(np.linalg.norm(features[:, 0, LAYOUT["root"]][:, :2], axis=1).mean())
+            clips.append(PackedClip(name, re.sub(r"[\d_]+", "_", name), start, len(features), speed))
+            features.astype(np.float16).tofile(sink)
+            start += len(features)
+    if not clips:
+        reason = skipped.most_common(1)[0][0]
+        raise ValueError(f"none of the {len(files)} BVH files under {data_dir} can be used: {reason}")
+    index.write_text(json.dumps({"source": source, "skipped": skipped, "clips": [asdict(c) for c in clips]}))
+    return MotionData.open(out_dir)
+
+
+def _usable_features(clip: Clip) -> np.ndarray:
+    if len(clip) < SHORTEST:
+        raise ValueError(f"shorter than {SHORTEST / FPS:.2f} s")
+    features = clip_features(clip)
+    if not np.isfinite(features).all():
+        raise ValueError("holds numbers that are not finite")
+    if features[:, INDEX["Hips"], 1].min() < UPRIGHT:
+        raise ValueError("not upright throughout")
+    return features
+
+
+def mirrored(features: np.ndarray) -> np.ndarray:
+    """Features (..., 21, 15) of the motion with left and right exchanged."""
+    return features[..., MIRROR, :] * MIRROR_SIGNS
+
+
+@dataclass
+class Batch:
+    """Windows (B, samples, 21, 15): `source` ends with the content window, `later` is that window one frame on."""
+
+    source: np.ndarray  # (B, STYLE_WINDOW, ...)
+    later: np.ndarray  # (B, WINDOW, ...)
+    target: np.ndarray  # (B, STYLE_WINDOW, ...)
+
+
+class MotionData:
+    """Packed features (frames, 21, 15) and the clips in them."""
+
+    def __init__(self, motion: np.ndarray, clips: list[PackedClip], skipped: dict[str, int]) -> None:
+        self.motion, self.clips, self.skipped = motion, clips, skipped
+
+    @classmethod
+    def open(cls, folder: Path) -> "MotionData":
+        """Maps a finished pack into memory."""
+        index = json.loads((Path(folder) / "clips.json").read_text())
+        motion = np.memmap(Path(folder) / "motion.f16", np.float16, "r").reshape(-1, JOINT_COUNT, FEATURES)
+        return cls(motion, [PackedClip(**clip) for clip in index["clips"]], index["skipped"])
+
+    def split(self, held_out: bool) -> "MotionData":
+        """The clips for training, or the held-out ones; a set too small to split serves as both."""
+        clips = [clip for clip in self.clips if clip.held_out == held_out] or self.clips
+        return MotionData(self.motion, clips, self.skipped)
+
+    def features(self, clip: PackedClip) -> np.ndarray:
+        """(frames, 21, 15) of one clip."""
+        return np.asarray(self.motion[clip.start:clip.start + clip.frames], dtype=np.float32)
+
+    def weights(self) -> tuple[np.ndarray, np.ndarray]:
+        """How often each clip is drawn as source and as target, gestures and idling less than locomotion.
+
+        Targets: labels by the square root of their length, so that rare styles are seen. Sources: half of the time
+        likewise, half of the time folders by the square root of theirs, so that small archives count."""
+        moving = np.where([clip.speed > MOVING for clip in self.clips], 1.0, STILL_SHARE)
+        by_label = self._shares([clip.label for clip in self.clips]) * moving
+        by_folder = self._shares([clip.name.split("/")[0] for clip in self.clips]) * moving
+        by_label, by_folder = by_label / by_label.sum(), by_folder / by_folder.sum()
+        return (by_label + by_folder) / 2, by_label
+
+    def _shares(self, groups: list[str]) -> np.ndarray:
+        """Groups by the square root of their length, clips within a group by their length."""
+        frames = Counter()
+        for group, clip in zip(groups, self.clips):
+            frames[group] += clip.frames
+        return np.array([clip.frames / frames[group] ** 0.5 for group, clip in zip(groups, self.clips)])
+
+
+class Sampler:
+    """Draws batches; its random state can be saved, so that training resumes exactly."""
+
+    def __init__(self, data: MotionData, seed: int) -> None:
+        self.data = data
+        self.source_weights, self.target_weights = data.weights()
+        self.random = np.random.default_rng(seed)
+        self.speeds = np.array([clip.speed for clip in data.clips])
+
+    def batch(self, size: int) -> Batch:
+        """Random windows, half of them mirrored. Half of the targets move about as fast as their source."""
+        sources = self.random.choice(len(self.speeds), size, p=self.source_weights)
+        candidates = self.random.choice(len(self.speeds), (size, 4), p=self.target_weights)
+        closest = np.abs(self.speeds[candidates] - self.speeds[sources][:, None]).argmin(axis=1)
+        targets = candidates[np.arange(size), np.where(self.random.random(size) < 0.5, closest, 0)]
+        source, later = zip(*(self._source(self.data.clips[i]) for i in sources))
+        return Batch(np.stack(source), np.stack(later), np.stack([self._target(self.data.clips[i]) for i in targets]))
+
+    def _source(self, clip: PackedClip) -> tuple[np.ndarray, np.ndarray]:
+        end = self.random.integers(CONTENT_SPAN, clip.frames - 1)
+        flip = mirrored if self.random.random() < 0.5 else np.asarray
+        return flip(self._window(clip, end, STYLE_WINDOW)), flip(self._window(clip, end + 1, WINDOW))
+
+    def _target(self, clip: PackedClip) -> np.ndarray:
+        flip = mirrored if self.random.random() < 0.5 else np.asarray
+        return flip(self._window(clip, self.random.integers(clip.frames), STYLE_WINDOW))
+
+    def _window(self, clip: PackedClip, end: int, samples: int) -> np.ndarray:
+        """`samples` at 30 Hz that end with frame `end`; a clip too short for them is repeated."""
+        frames = (end - STRIDE * np.arange(samples)[::-1]) % clip.frames
+        return self.data.motion[clip.start + frames].astype(np.float32)
+
+
+def statistics(sampler: Sampler, batches: int = 64) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and deviation (21, 15) of what the sampler draws.
+
+    Deviations are shared by the axes of a quantity and kept off zero: a joint that hardly moves counts little."""
+    windows = np.concatenate([sampler.batch(32).source for _ in range(batches)]).reshape(-1, JOINT_COUNT, FEATURES)
+    mean, variance = windows.mean(axis=0), windows.var(axis=0)
+    deviation = np.empty_like(mean)
+    for channels in LAYOUT.values():
+        shared = np.sqrt(variance[:, channels].mean(axis=1, keepdims=True))
+        deviation[:, channels] = np.maximum(shared, 0.3 * shared.mean())
+    return mean, deviation

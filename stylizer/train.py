@@ -1,0 +1,194 @@
+"""Training of the stylizer: unlabelled clips, style mixing by part (Alg. 1), one CPU core or a GPU."""
+
+import csv
+import math
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import torch
+from tqdm import tqdm
+
+from sim.skeleton import PARTS
+from stylizer import bundled, weights
+from stylizer.dataset import Batch, MotionData, Sampler, pack, statistics
+from stylizer.losses import WEIGHTS, losses
+from stylizer.motion_puzzle import Config, MotionPuzzle
+
+BATCH = 12
+LEARNING_RATE = 2e-3
+DECAY_FROM = 0.6  # share of the time after which the learning rate falls along a cosine, to FINAL_RATE of it
+FINAL_RATE = 0.02
+AVERAGE = 0.998  # of the weights, exponentially; sooner at first
+MIXING = 0.5  # probability that some parts keep the source's style (gamma of Alg. 1)
+CHECKPOINT_SECONDS = 240
+LOG_EVERY = 50  # steps
+HELD_OUT_BATCHES = 8
+LICENCE = "CC BY-NC 4.0: non-commercial use only, because of the Bandai-Namco Research Motiondataset"
+
+
+def train(data_dir: Path, out_dir: Path, minutes: float = 75, resume: bool = False, seed: int = 1,
+          config: Config | None = None) -> Path:
+    """Trains on every BVH under data_dir; writes pack, checkpoint, curve (CSV, PNG) and weights under out_dir.
+
+    Stops after `minutes` of training in all; `resume` goes on from the checkpoint exactly where it stopped, random
+    numbers included. Returns the weight file's path. Raises ValueError where the folder holds nothing to learn from."""
+    data_dir, out_dir = Path(data_dir), Path(out_dir)
+    data = pack(data_dir, out_dir / "motion")
+    for reason, count in data.skipped.items():
+        tqdm.write(f"skipped {count} clips: {reason}")
+    trainer = Trainer(data, config or Config(), seed)
+    checkpoint, path = out_dir / "checkpoint.pt", out_dir / f"{weights.SLIM}.safetensors"
+    if resume:
+        trainer.restore(checkpoint)
+    budget, saved = minutes * 60, trainer.spent
+    with tqdm(total=round(budget), initial=round(trainer.spent), unit="s", desc="train stylizer") as bar:
+        while trainer.spent < budget:
+            terms = trainer.update(trainer.spent / budget)
+            bar.n = min(round(trainer.spent), bar.total)
+            bar.set_postfix_str(" ".join(f"{name} {value:.3f}" for name, value in terms.items()))
+            bar.update(0)
+            if trainer.spent - saved > CHECKPOINT_SECONDS or trainer.spent >= budget:
+                saved = trainer.spent
+                trainer.keep(checkpoint)
+                trainer.log(out_dir / "curve.csv")
+                trainer.save_weights(path, data_dir, f"patchwalk train stylizer --minutes {minutes:g}")
+    plot_curve(out_dir / "curve.csv")
+    bundled.build(weights.SLIM, out_dir, data_dir, out_dir / "styles")
+    return path
+
+
+class Trainer:
+    """Network, its running average, optimiser, random numbers and clock: everything that a resumed run needs."""
+
+    def __init__(self, data: MotionData, config: Config, seed: int = 1) -> None:
+        torch.manual_seed(seed)
+        torch.set_flush_denormal(True)
+        self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        self.half = has_fast_bf16(self.device)
+        self.sampler = Sampler(data.split(held_out=False), seed)
+        self.model = MotionPuzzle(config)
+        self.model.set_statistics(*statistics(Sampler(data.split(held_out=False), seed)))
+        self.model.to(self.device)
+        self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=_average)
+        self.optimizer = torch.optim.RAdam(self.model.parameters(), LEARNING_RATE, betas=(0.9, 0.99))
+        held_out = Sampler(data.split(held_out=True), seed)
+        self.held_out = [(held_out.batch(BATCH), draw_mixing(held_out.random, BATCH)) for _ in range(HELD_OUT_BATCHES)]
+        self.step, self.spent = 0, 0.0
+        self.sums: dict[str, float] = {}
+        self.rows: list[dict[str, float]] = []
+
+    def update(self, progress: float) -> dict[str, float]:
+        """One step of the optimiser; progress 0..1 sets the learning rate. Returns the losses by name."""
+        start = time.perf_counter()
+        decay = min(max(0.0, (progress - DECAY_FROM) / (1 - DECAY_FROM)), 1.0)
+        share = FINAL_RATE + (1 - FINAL_RATE) * 0.5 * (1 + math.cos(math.pi * decay))
+        self.optimizer.param_groups[0]["lr"] = LEARNING_RATE * share
+        terms = self._losses(self.model, self.sampler.batch(BATCH), draw_mixing(self.sampler.random, BATCH))
+        self.optimizer.zero_grad(set_to_none=True)
+        sum(WEIGHTS[name] * value for name, value in terms.items()).backward()
+        torch.nn.utils.clip_grad_norm_(self.model.parameters(), 1.0)
+        self.optimizer.step()
+        self.average.update_parameters(self.model)
+        self.step += 1
+        self.spent += time.perf_counter() - start
+        result = {name: value.item() for name, value in terms.items()}
+        for name, value in result.items():
+            self.sums[name] = self.sums.get(name, 0.0) + value / LOG_EVERY
+        if self.step % LOG_EVERY == 0:
+            self.rows.append({"step": self.step, "minutes": self.spent / 60, **self.sums})
+            self.sums = {}
+        return result
+
+    def _losses(self, model: MotionPuzzle, batch: Batch, use_target: np.ndarray) -> dict[str, torch.Tensor]:
+        tensors = (torch.from_numpy(a).to(self.device) for a in (batch.source, batch.later, batch.target, use_target))
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=self.half):
+            return losses(model, *tensors)
+
+    @torch.no_grad()
+    def held_out_losses(self) -> dict[str, float]:
+        """The averaged network's losses on clips that it never trains on."""
+        totals = [self._losses(self.average.module, batch, mixing) for batch, mixing in self.held_out]
+        return {name: float(np.mean([t[name].item() for t in totals])) for name in totals[0]}
+
+    def keep(self, path: Path) -> None:
+        """Writes the checkpoint."""
+        partial = path.with_suffix(".partial")
+        state = {name: getattr(self, name).state_dict() for name in ("model", "average", "optimizer")}
+        numbers = {"step": self.step, "spent": self.spent, "sums": self.sums}
+        torch.save({**state, **numbers, "random": self.sampler.random.bit_generator.state}, partial)
+        partial.replace(path)
+
+    def restore(self, path: Path) -> None:
+        """Goes back to a checkpoint. Raises ValueError where there is none or it is another network's."""
+        if not path.exists():
+            raise ValueError(f"no checkpoint at {path}: train without --resume first")
+        state = torch.load(path, map_location=self.device, weights_only=True)
+        try:
+            for name in ("model", "average", "optimizer"):
+                getattr(self, name).load_state_dict(state[name])
+        except (RuntimeError, ValueError, KeyError) as error:
+            raise ValueError(f"{path} is another network's checkpoint: train without --resume") from error
+        self.sampler.random.bit_generator.state = state["random"]
+        self.step, self.spent, self.sums = state["step"], state["spent"], state["sums"]
+
+    def log(self, path: Path) -> None:
+        """Appends what was gathered since the last call to the curve's CSV, the newest row with the held-out losses."""
+        if not self.rows:
+            return
+        held_out = self.held_out_losses()
+        fields = [*self.rows[0], *(f"held_out_{name}" for name in held_out)]
+        self.rows[-1].update({f"held_out_{name}": value for name, value in held_out.items()})
+        new = not path.exists() or self.rows[0]["step"] <= LOG_EVERY
+        with path.open("w" if new else "a", newline="") as file:
+            writer = csv.DictWriter(file, fields)
+            if new:
+                writer.writeheader()
+            writer.writerows(self.rows)
+        self.rows = []
+
+    def save_weights(self, path: Path, data_dir: Path, command: str) -> None:
+        """Writes the averaged network's weight file."""
+        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True,
+                                cwd=Path(__file__).parent)
+        folders = sorted({clip.name.split("/")[0] for clip in self.sampler.data.clips})
+        weights.save(self.average.module, path, data=f"{data_dir.name}: {', '.join(folders[:12])}", licence=LICENCE,
+                     command=command, commit=commit.stdout.strip() or "unknown", steps=str(self.step))
+
+
+def draw_mixing(random: np.random.Generator, size: int) -> np.ndarray:
+    """(5, B) of bool: parts that take the target's style (Alg. 1: at a rate of MIXING, 1 to 5 keep the source's)."""
+    order = random.random((len(PARTS), size)).argsort(axis=0)
+    kept = np.where(random.random(size) < MIXING, random.integers(1, len(PARTS) + 1, size), 0)
+    return order >= kept
+
+
+def has_fast_bf16(device: torch.device) -> bool:
+    """Whether the chip multiplies bf16 matrices faster than float32 ones."""
+    if device.type == "cuda":
+        return torch.cuda.is_bf16_supported()
+    return torch.cpu._is_amx_tile_supported()
+
+
+def plot_curve(path: Path) -> None:
+    """Draws the CSV's losses as a PNG beside it: lines for training, dots for the held-out clips."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    figure, axes = plt.subplots(figsize=(8, 4.5))
+    for color, name in enumerate(WEIGHTS):
+        for label, style in ((name, "-"), (f"held_out_{name}", "o")):
+            points = [(float(r["minutes"]), float(r[label])) for r in rows if r[label]]
+            axes.plot(*zip(*points), style, color=f"C{color}", label=label.replace("_", " "))
+    axes.set(xlabel="minutes", yscale="log", title="stylizer")
+    axes.legend(fontsize=7, ncols=2)
+    figure.savefig(path.with_suffix(".png"), dpi=120)
+    plt.close(figure)
+
+
+def _average(average: torch.Tensor, value: torch.Tensor, count: torch.Tensor) -> torch.Tensor:
+    keep = torch.clamp((1 + count) / (10 + count), max=AVERAGE)
+    return value + (average - value) * keep

@@ -1,0 +1,60 @@
+"""The stylizer's weight files: safetensors, loaded by name, with a header that says what they are for."""
+
+import hashlib
+import json
+from pathlib import Path
+
+import torch
+from safetensors import safe_open
+from safetensors.torch import save_file
+
+from sim.features import LAYOUT_VERSION
+from sim.skeleton import skeleton_hash
+from stylizer.motion_puzzle import Config, MotionPuzzle
+
+FOLDER = Path(__file__).parent / "weights"
+MODEL = "motion-puzzle"
+VERSION = "1"
+SLIM = "slim"  # the name of the shipped real-time network
+STATISTICS = ("mean", "deviation")  # kept in float32
+
+
+def save(model: MotionPuzzle, path: Path, **origin: str) -> None:
+    """Writes weights as float16; `origin` says training data, licence, command and commit."""
+    header = {**_expected(), "config": json.dumps(model.settings()), **origin}
+    tensors = {name: (value if name in STATISTICS else value.half()).contiguous()
+               for name, value in model.state_dict().items()}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(".partial")
+    save_file(tensors, partial, header)
+    partial.replace(path)
+
+
+def load(name: str = SLIM, folder: Path | None = None) -> tuple[MotionPuzzle, str]:
+    """The network ready to run and the fingerprint of its weight file.
+
+    Raises ValueError where the file is missing or made for something else."""
+    path = (folder or FOLDER) / f"{name}.safetensors"
+    if not path.exists():
+        raise ValueError(f"no stylizer weights at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'")
+    header, tensors = read(path)
+    for key, wanted in _expected().items():
+        if header.get(key) != wanted:
+            raise ValueError(f"{path} was made for {key} '{header.get(key)}', not '{wanted}': train again")
+    settings = json.loads(header["config"]).items()
+    model = MotionPuzzle(Config(**{key: tuple(v) if isinstance(v, list) else v for key, v in settings}))
+    model.load_state_dict({name: value.float() for name, value in tensors.items()})
+    return model.eval(), hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def read(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
+    """Header and tensors of any safetensors file. Raises ValueError, in one sentence, for a damaged one."""
+    try:
+        with safe_open(path, "pt") as file:
+            return file.metadata() or {}, {key: file.get_tensor(key) for key in file.keys()}
+    except Exception as error:  # safetensors raises its own kinds for a damaged file
+        raise ValueError(f"{path} is not a readable safetensors file ({error}): reinstall Patchwalk") from error
+
+
+def _expected() -> dict[str, str]:
+    return {"model": MODEL, "version": VERSION, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}

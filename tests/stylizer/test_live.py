@@ -1,0 +1,84 @@
+"""The live stylizer: strength 0 changes nothing, restyling stays in its part, switches do not pop, replays repeat."""
+
+import numpy as np
+import pytest
+
+from sim import rotations as rot
+from sim.clip import root_frame
+from sim.kinematics import forward_kinematics
+from sim.pose import Pose
+from sim.ring_buffer import RingBuffer
+from sim.skeleton import PARTS
+from stylizer.live import LiveStylizer
+from tests.sim.walker import walking_clip
+
+
+@pytest.fixture(scope="module")
+def walk():
+    clip = walking_clip(90)
+    root = root_frame(clip.positions())
+    frames = zip(root.positions, root.facing, clip.hips, clip.global_rotations())
+    return [Pose(*frame, np.zeros(4), 0.0) for frame in frames]
+
+
+def stream(bank, walk, style):
+    """Styled poses; style is a mapping, or a function of the frame."""
+    stylizer, history, styled = LiveStylizer(bank), RingBuffer(), []
+    for frame, pose in enumerate(walk):
+        history.push(pose)
+        styled.append(stylizer.step(history.window(), pose, style(frame) if callable(style) else style))
+    return styled
+
+
+def turn(a, b):
+    """(21,) angle between two poses, joint by joint."""
+    return np.linalg.norm(rot.to_rotation_vector(rot.multiply(a.rotations, rot.inverse(b.rotations))), axis=-1)
+
+
+def test_unstyled_is_the_neutral_pose_itself(bank, walk):
+    assert all(a is b for a, b in zip(stream(bank, walk[:5], {}), walk))
+    assert all(a is b for a, b in zip(stream(bank, walk[:5], {"spine": ("other", 0.0)}), walk))
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_restyling_stays_in_its_part(bank, walk, part):
+    for styled, neutral in zip(stream(bank, walk[:30], {part: ("other", 1.0)}), walk):
+        others = [joint for joint in range(21) if joint not in PARTS[part]]
+        assert np.array_equal(styled.rotations[others], neutral.rotations[others])
+        assert part == "spine" or np.array_equal(styled.hips, neutral.hips)
+        assert np.allclose(np.linalg.norm(styled.rotations, axis=-1), 1)
+    assert turn(styled, neutral)[list(PARTS[part])].max() > 0.05
+    assert np.allclose(forward_kinematics(styled.hips, styled.rotations), styled.positions)
+
+
+def test_strength_grows_glides_in_and_fades_out(bank, walk):
+    full = stream(bank, walk, {"left_arm": ("other", 1.0)})
+    half = stream(bank, walk, {"left_arm": ("other", 0.5)})
+    angles = [turn(a, b)[13:17] for a, b in ((full[-1], walk[-1]), (half[-1], walk[-1]))]
+    assert np.allclose(angles[1], angles[0] / 2, rtol=1e-3)
+    growing = [turn(a, b)[13:17].sum() for a, b in zip(full, walk)]
+    assert growing[0] < 0.15 * growing[20]  # the first frame has hardly begun
+    let_go = stream(bank, walk, lambda frame: {"left_arm": ("other", 1.0)} if frame < 40 else {})
+    assert let_go[45] is not walk[45] and let_go[-1] is walk[-1]
+
+
+def test_switching_styles_does_not_pop(bank, walk):
+    part, joints = "right_arm", list(PARTS["right_arm"])
+    names = ("neutral", "other")
+    switching = stream(bank, walk, lambda frame: {part: (names[frame >= 45], 1.0)})
+    steady = [stream(bank, walk, {part: (name, 1.0)}) for name in names]
+    apart = turn(steady[0][45], steady[1][45])[joints].max()
+    jump = turn(switching[45], switching[44])[joints].max() - turn(steady[0][45], steady[0][44])[joints].max()
+    assert apart > 0.01 and jump < 0.25 * apart
+    assert turn(switching[-1], steady[1][-1])[joints].max() < 0.05 * apart
+
+
+def test_two_replays_are_equal_bit_for_bit(bank, walk):
+    style = {"spine": ("other", 1.2), "left_leg": ("neutral", 0.7)}
+    for a, b in zip(stream(bank, walk[:20], style), stream(bank, walk[:20], style)):
+        assert np.array_equal(a.rotations, b.rotations) and np.array_equal(a.hips, b.hips)
+
+
+def test_an_unknown_style_is_refused_with_near_names(bank, walk):
+    with pytest.raises(ValueError, match="unknown style 'othr': did you mean other"):
+        stream(bank, walk[:1], {"spine": ("othr", 1.0)})
