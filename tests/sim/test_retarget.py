@@ -155,7 +155,8 @@ def test_a_z_up_file_is_turned():
 
 def test_our_own_files_come_back_unchanged(tmp_path):
     clip = exercise()
-    clip.rotations[:, INDEX["LeftFoot"]] = rot.from_axis_angle(LEFT, 0.4)  # on tiptoe: not to be flattened
+    tiptoe = rot.from_axis_angle(LEFT, 0.4)  # which is not to be flattened
+    clip.rotations[:, INDEX["LeftFoot"]] = rot.multiply(clip.rotations[:, INDEX["LeftFoot"]], tiptoe)
     bvh.write(tmp_path / "ours.bvh", clip)
     back = load_clip(tmp_path / "ours.bvh")
     expected = clip.grounded().resampled()
@@ -312,7 +313,7 @@ def test_a_real_walk_is_upright_and_goes_where_it_faces(walk):
         assert rot.normalize(hinge) @ elbow > 0.6 or bend < 0.35  # as in our T-pose, give or take SNU's twisted arms
     for name in ("Hips", "Chest", "Head"):
         up = rot.rotate(rotations[:, INDEX[name]], UP)
-        assert up[:, 1].mean() > 0.88
+        assert up[:, 1].mean() > (0.93 if name == "Head" else 0.85)
         assert np.sum(rot.rotate(rotations[:, INDEX[name]], FORWARD) * forward, axis=-1).mean() > 0.8
 
 
