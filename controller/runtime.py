@@ -11,7 +11,7 @@ from sim import rotations as rot
 from sim.command import Command
 from sim.pose import Pose
 
-SETTLE_FRAMES = 60  # frames of standing before the first one shown, so that the character starts alive and at ease
+SETTLE_FRAMES = 180  # frames of standing before the first one shown, so that the character starts alive and at ease
 
 
 class PhaseFunctionedController:

@@ -7,13 +7,14 @@ from controller.phase import label_gait
 from sim import rotations as rot
 from sim.clip import FPS
 from sim.command import Command
-from sim.springs import spring_step, spring_travel
+from sim.springs import decay, spring_step, spring_travel
 
 DT = 1 / FPS
 VELOCITY_HALFLIFE = 0.14  # seconds
 FACING_HALFLIFE = 0.16  # seconds
 LEASH = 0.15  # metres that the simulated body may be ahead of the character
 FACING_LEASH = np.pi / 2
+STANDING_HALFLIFE = 0.2  # seconds in which a standing character's simulated body gives up half of its lead
 # tau of the blend 1 - (1 - u)^tau, u seconds ahead, from the network's own future to the wish (Holden et al. 2017)
 POSITION_BIAS, FACING_BIAS = 2.0, 3.0
 _PAST = -OFFSETS[0]  # frames of history
@@ -50,11 +51,13 @@ class Trajectory:
 
     def follow(self, step: np.ndarray, future_positions: np.ndarray, future_directions: np.ndarray) -> None:
         """Moves the root by the network's step (sideways, forward, turn) and keeps what it expects from there."""
+        gait = label_gait(self.velocity, np.asarray(self.turn_rate))
+        # Where the player and the network's own step both say stand, the root stays: a network never answers quite zero.
+        step = step * (1 - gait[0] * label_gait(step[:2] * FPS, step[2] * FPS)[0])
         self.position = self.position + _turn(step[:2], self.facing)
         self.facing += step[2]
         self.expected_positions = self.position + _turn(future_positions, self.facing)
         self.expected_facings = self.facing + rot.yaw_of(future_directions)
-        gait = label_gait(self.velocity, np.asarray(self.turn_rate))
         for past, now in ((self.past_positions, self.position), (self.past_facings, self.facing), (self.past_gaits, gait)):
             past[:-1] = past[1:]
             past[-1] = now
@@ -81,8 +84,10 @@ class Trajectory:
         return self.simulated_facing + float(rot.wrap_angle(rot.yaw_of(direction) - self.simulated_facing))
 
     def _hold_leash(self) -> None:
-        """The simulated body waits where the character cannot keep up with it."""
+        """The simulated body waits where the character cannot keep up with it, and comes back to it once it stands."""
         lead = self.simulated - self.position
+        standing = self.past_gaits[-1, 0]
+        lead *= 1 - standing * (1 - decay(STANDING_HALFLIFE, DT))
         self.simulated = self.position + lead * min(1.0, LEASH / max(np.linalg.norm(lead), 1e-9))
         turn = self.simulated_facing - self.facing
         self.simulated_facing = self.facing + float(np.clip(turn, -FACING_LEASH, FACING_LEASH))

@@ -7,8 +7,8 @@ from sim.clip import Clip
 from sim.skeleton import ANKLE_HEIGHT, CONTACT_JOINTS, TOE_HEIGHT
 
 HEIGHT_ALLOWANCE = 0.05  # metres over the height that the joint has while the foot is flat
-SPEED_LIMIT = 0.45  # metres a second; real planted feet, retargeted, move 0.02 to 0.07 and lift off within a frame or two
-SMOOTHING = 0.08  # seconds
+SPEED_LIMIT = 0.55  # metres a second; planted feet, retargeted, move 0.02 to 0.07 walking and up to 0.5 running
+SMOOTHING = 0.05  # seconds
 
 
 def foot_contacts(clip: Clip) -> np.ndarray:

@@ -1,10 +1,92 @@
-"""Keeps planted feet where they stand and every foot above the floor."""
+"""Keeps planted feet where they stand and every foot above the floor, by moving the hips a little and bending the legs."""
 
+import numpy as np
+
+from sim import rotations as rot
+from sim.clip import FPS
+from sim.kinematics import two_bone_ik
 from sim.pose import Pose
+from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, INDEX, TOE_HEIGHT
+from sim.springs import spring_step
+
+RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
+HEIGHT_HALFLIFE = 0.04  # seconds, for the hips' height and a foot's way to the floor
+LIFTED, PLANTED = 0.3, 0.6  # contact under which a foot is free and over which it is held
+LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
+LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
+REACH = 0.995  # share of the leg's length that is used
+
+UP_LEG, LEG, FOOT, TOE = (np.array([INDEX[side + name] for side in ("Left", "Right")]) for name in ("UpLeg", "Leg", "Foot", "Toe"))
+LEG_LENGTH = float(np.linalg.norm(BONE_OFFSETS[LEG[0]]) + np.linalg.norm(BONE_OFFSETS[FOOT[0]]))
+DT = 1 / FPS
 
 
 class FootLock:
-    """Placeholder until the stylizer runs: passes the styled pose through."""
+    """Contacts come from the controller. While a foot is planted its motion over the floor is cancelled; in the air what has
+    been cancelled fades out. So nothing ever jumps: not at touch-down, not when the weight rolls from heel to toe."""
+
+    def __init__(self) -> None:
+        self.joints: np.ndarray | None = None  # (2, 2, 3): left and right, ankle and toe, as they came in the last frame
+        self.slip, self.slip_rate = np.zeros((2, 3)), np.zeros((2, 3))  # the horizontal correction of each foot
+        self.height, self.height_rate = np.zeros(2), np.zeros(2)  # the vertical one
+        self.hips, self.hips_rate = 0.0, 0.0
 
     def step(self, styled: Pose, neutral: Pose) -> Pose:
-        return styled
+        """The styled pose with its feet in order. Joints keep their bones' length; arms and spine ride along unturned."""
+        contacts = neutral.contacts.reshape(2, 2)
+        clearance = _lowest(neutral) - _lowest(styled)
+        feet = styled.positions[CONTACT_JOINTS].reshape(2, 2, 3) + np.array([0.0, clearance, 0.0])
+        correction = self._plant(feet, contacts)
+        targets = feet[:, 0] + correction
+
+        drop = self._drop(styled.positions[UP_LEG] + np.array([0.0, clearance, 0.0]), targets)
+        return bend_legs(styled.with_body(styled.hips + np.array([0.0, clearance - drop, 0.0]), styled.rotations), targets)
+
+    def _plant(self, feet: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+        """What to add to each foot (2, 3), for ankles and toes (2, 2, 3) and their contacts (2, 2)."""
+        moved = feet - (feet if self.joints is None else self.joints)
+        self.joints = feet
+        bearing = contacts.argmax(axis=1)  # the joint that carries the weight: ankle or toe
+        planted = _smooth_step((contacts.max(axis=1, keepdims=True) - LIFTED) / (PLANTED - LIFTED))
+        against = -moved[[0, 1], bearing] * np.array([1.0, 0.0, 1.0])
+        held, held_rate = self.slip + against, against / DT
+        free, free_rate = spring_step(self.slip, self.slip_rate, 0.0, RELEASE_HALFLIFE, DT)
+        self.slip = free + (held - free) * planted
+        self.slip_rate = free_rate + (held_rate - free_rate) * planted
+        length = np.linalg.norm(self.slip, axis=1, keepdims=True)
+        self.slip *= np.minimum(1.0, LONGEST_CORRECTION / np.maximum(length, 1e-9))
+
+        to_floor = TOE_HEIGHT - feet[:, :, 1].min(axis=1)
+        wanted = np.maximum(to_floor, 0.0) + np.minimum(to_floor, 0.0) * planted[:, 0]
+        self.height, self.height_rate = spring_step(self.height, self.height_rate, wanted, HEIGHT_HALFLIFE, DT)
+        up = np.maximum(self.height, to_floor - 0.5 * TOE_HEIGHT)  # the spring may lag, the floor may not be pierced
+        return self.slip + up[:, None] * np.array([0.0, 1.0, 0.0])
+
+    def _drop(self, hips: np.ndarray, targets: np.ndarray) -> float:
+        """How far the hips sink so that legs from (2, 3) reach ankles at (2, 3)."""
+        way = hips - targets
+        across = np.minimum(np.hypot(way[:, 0], way[:, 2]), 0.9 * LEG_LENGTH)
+        missing = way[:, 1] - np.sqrt((REACH * LEG_LENGTH) ** 2 - across**2)
+        wanted = float(np.clip(missing.max(), 0.0, LONGEST_DROP))
+        self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, HEIGHT_HALFLIFE, DT)
+        return self.hips
+
+
+def bend_legs(pose: Pose, ankles: np.ndarray) -> Pose:
+    """The pose with its ankles moved to (2, 3) world metres by two-bone inverse kinematics; feet keep their attitude."""
+    p = pose.positions
+    forward = np.array([np.sin(pose.root_facing), 0.0, np.cos(pose.root_facing)])
+    upper, lower = two_bone_ik(p[UP_LEG], p[LEG], p[FOOT], ankles, forward, REACH)
+    rotations = pose.rotations.copy()
+    rotations[UP_LEG] = rot.multiply(upper, rotations[UP_LEG])
+    rotations[LEG] = rot.multiply(lower, rotations[LEG])
+    return pose.with_body(pose.hips, rotations)
+
+
+def _smooth_step(t: np.ndarray) -> np.ndarray:
+    t = np.clip(t, 0.0, 1.0)
+    return t * t * (3 - 2 * t)
+
+
+def _lowest(pose: Pose) -> float:
+    return float(pose.positions[CONTACT_JOINTS, 1].min())

@@ -33,23 +33,29 @@ def to_local(global_rotations: np.ndarray) -> np.ndarray:
 
 def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np.ndarray,
                 pole: np.ndarray, reach: float = 0.999) -> tuple[np.ndarray, np.ndarray]:
-    """World rotations (4,), (4,) to put before the upper and the lower bone so that the ankle meets the target.
+    """World rotations (..., 4), (..., 4) to put before the upper and the lower bone so that the ankle meets the target.
 
-    hip, knee, ankle, target: (3,) world metres. pole: (3,) the direction the knee points to when the leg is straight and the
-    bend has no plane of its own. A target out of reach is approached along the line to it, up to `reach` of the leg's length."""
-    upper, lower = np.linalg.norm(knee - hip), np.linalg.norm(ankle - knee)
-    to_target = target - hip
-    distance = np.clip(np.linalg.norm(to_target), abs(upper - lower) + 1e-3, (upper + lower) * reach)
-    axis = rot.normalize(to_target)
+    hip, knee, ankle, target: (..., 3) world metres. pole: (..., 3) where the knee points when the leg is straight and its bend
+    has no plane of its own. A target out of reach is approached along the line to it, up to `reach` of the leg's length."""
+    upper, lower = _length(knee - hip), _length(ankle - knee)
+    distance = np.clip(_length(target - hip), np.abs(upper - lower) + 1e-3, (upper + lower) * reach)
+    axis, current = rot.normalize(target - hip), rot.normalize(ankle - hip)
 
     # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.
-    current = rot.normalize(ankle - hip)
-    bend = (knee - hip) - current * np.dot(knee - hip, current)
-    bend = bend + pole * max(0.0, 0.02 - np.linalg.norm(bend))
-    bend = rot.rotate(rot.between(current, axis), bend)
-    bend = rot.normalize(bend - axis * np.dot(bend, axis))
+    bend = _without(knee - hip, current)
+    bend = bend + pole * np.maximum(0.0, 0.02 - _length(bend))
+    bend = rot.normalize(_without(rot.rotate(rot.between(current, axis), bend), axis))
 
     cosine = np.clip((upper**2 + distance**2 - lower**2) / (2 * upper * distance), -1.0, 1.0)
-    new_knee = hip + upper * (cosine * axis + np.sqrt(1.0 - cosine**2) * bend)
-    new_ankle = hip + distance * axis
-    return rot.between(knee - hip, new_knee - hip), rot.between(ankle - knee, new_ankle - new_knee)
+    new_knee = upper * (cosine * axis + np.sqrt(1.0 - cosine**2) * bend)
+    return rot.between(knee - hip, new_knee), rot.between(ankle - knee, distance * axis - new_knee)
+
+
+def _length(v: np.ndarray) -> np.ndarray:
+    """(..., 3) -> (..., 1)."""
+    return np.sqrt(np.sum(v * v, axis=-1, keepdims=True))
+
+
+def _without(v: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """What of v is square to a unit axis."""
+    return v - axis * np.sum(v * axis, axis=-1, keepdims=True)
