@@ -45,6 +45,8 @@ def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     strikes = foot_strikes(contacts)
     for (start, foot), (end, next_foot) in zip(strikes, strikes[1:]):
         advance = np.pi if foot != next_foot else 2 * np.pi
+        if start == end:  # both feet land at once: a jump, no step
+            continue
         if end - start <= STEP_LONGEST * FPS:
             rate[start:end] = advance / (end - start)
         else:

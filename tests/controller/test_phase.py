@@ -51,3 +51,9 @@ def test_gaits_sum_to_one_and_turning_on_the_spot_is_walking():
     np.testing.assert_allclose(gait.sum(axis=-1), 1)
     assert gait[0].argmax() == 0 and gait[12].argmax() == 1 and gait[-1].argmax() == 2
     assert label_gait(np.zeros(2), np.array(3.0)).argmax() == 1
+
+
+def test_landing_with_both_feet_is_no_step():
+    contacts = np.zeros((120, 4))
+    contacts[60:] = 1.0
+    assert np.isfinite(label_phase(moving(120), contacts)).all()
