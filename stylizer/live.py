@@ -15,7 +15,7 @@ from sim.clip import FPS
 from sim.features import LAYOUT, rotations_of
 from sim.pose import Pose
 from sim.skeleton import INDEX, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
-from sim.springs import decay, spring_step
+from sim.springs import spring_step
 from stylizer import weights
 from stylizer.bank import Bank
 from stylizer.layers import PartStyle
@@ -23,7 +23,7 @@ from stylizer.layers import PartStyle
 OWN = "neutral"  # the style that untouched parts wear inside the network
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 SWITCH_HALFLIFE = 0.08  # seconds in which half of the way from one style to another is gone
-SMOOTHING_HALFLIFE = 0.025  # seconds, of the turns that the network asks for
+SMOOTHING_HALFLIFE = 0.035  # seconds; the turns that the network asks for follow a spring, and lag by as much
 GONE = 1e-3  # a strength this small, on its way out, is 0
 DT = 1 / FPS
 
@@ -115,23 +115,19 @@ class _Turns:
 
     def forget(self) -> None:
         """Nothing is worn: the next answer starts afresh."""
-        self.smooth: np.ndarray | None = None
-        self.offset = np.zeros((len(PART_OF_ROW), 3))
-        self.velocity = np.zeros_like(self.offset)
+        self.smooth, self.rate, self.offset, self.velocity = np.zeros((4, len(PART_OF_ROW), 3))
         self.worn = np.zeros(len(PART_OF_ROW), dtype=bool)
 
     def step(self, asked: np.ndarray, switched: np.ndarray, worn: np.ndarray) -> np.ndarray:
         """The rows to put on. switched, worn: (22,) of bool."""
-        if self.smooth is None:
-            self.smooth = asked.copy()
         fresh = worn & ~self.worn  # a part that begins now has no past to be smooth with
-        self.smooth[fresh], self.offset[fresh], self.velocity[fresh] = asked[fresh], 0.0, 0.0
+        self.smooth[fresh], self.rate[fresh], self.offset[fresh], self.velocity[fresh] = asked[fresh], 0.0, 0.0, 0.0
         self.worn = worn
         # Inertialization (Bollo 2018): the new style at once, and the gap to the old one on top, let go along a spring.
         self.offset[switched] += self.smooth[switched] - asked[switched]
         self.smooth[switched] = asked[switched]
         self.offset, self.velocity = spring_step(self.offset, self.velocity, 0.0, SWITCH_HALFLIFE, DT)
-        self.smooth += (asked - self.smooth) * (1 - decay(SMOOTHING_HALFLIFE, DT))
+        self.smooth, self.rate = spring_step(self.smooth, self.rate, asked, SMOOTHING_HALFLIFE, DT)
         return self.smooth + self.offset
 
 

@@ -25,21 +25,21 @@ def losses(model: MotionPuzzle, source: Tensor, later: Tensor, target: Tensor, u
     own, other = _halves(styles, size)
     mixed = mix_parts(own, other, use_target)
     content = model.content_encoder(torch.cat([now, later], dim=1))
-    content = torch.cat([content, content[:, :size]], dim=1)
-    output = model.decoder(content, _joined([own, own, mixed])).float()
-    rebuilt, rebuilt_later, restyled = output.chunk(3, dim=1)
+    output = model.decoder(torch.cat([content, content], dim=1), _joined([own, own, mixed, mixed])).float()
+    rebuilt, rebuilt_later, restyled, restyled_later = output.chunk(4, dim=1)
 
     wanted = torch.cat([now, later], dim=1)
     time = torch.ones(WINDOW, 1)
     time[-2:] = LAST_WEIGHT
     time = (time / time.mean()).to(now.device)
-    stream = (rebuilt_later - rebuilt) - (later - now)  # what 1/60 s of motion changes
+    bend = _bend(now, later)
+    stream = (_bend(rebuilt, rebuilt_later) - bend).abs() + (_bend(restyled, restyled_later) - bend).abs()
     return {
         "reconstruction": ((output[:, :2 * size] - wanted).abs() * time).mean(),  # Eq. 15
         "root": ((restyled - now)[..., LAYOUT["root"]].abs() * time).mean(),  # Eq. 17
         "smoothness": (output[:, :2 * size] - wanted)[..., BODY].diff(dim=2).abs().mean(),  # Eq. 18, 19
         "posture": posture(restyled, now, source, target, use_target, model),
-        "stream": stream[:, :, -2:, BODY].abs().mean(),
+        "stream": stream.mean(),
     }
 
 
@@ -60,6 +60,12 @@ def posture(restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, u
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=use_target.device)][..., None]  # (21, B, 1)
     error = ((0.5 + 0.5 * alike) * mean_error + alike * deviation_error) * chosen
     return error.sum() / (chosen.sum() * error.shape[2]).clamp(min=1)
+
+
+def _bend(now: Tensor, later: Tensor) -> Tensor:
+    """Second differences, 1/60 s apart, of the newest poses as two windows a frame apart tell them in turn: its noise is
+    the jitter of the live stream. (21, B, T, 15) twice -> (21, B, 4, 9)."""
+    return torch.stack([now[:, :, -3:, BODY], later[:, :, -3:, BODY]], dim=3).flatten(2, 3).diff(n=2, dim=2)
 
 
 def _deviation(motion: Tensor) -> Tensor:
