@@ -6,6 +6,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F
 
+from controller.idle import SHAPE as IDLE_SHAPE
 from controller.layout import INPUT_SIZE, OUTPUT_SIZE, POSE_SIZE
 
 CONTROL_POINTS = 4
@@ -57,6 +58,7 @@ class PhaseFunctionedNetwork(nn.Module):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_std", torch.ones(size))
         self.register_buffer("standing", torch.zeros(POSE_SIZE))  # a pose to start from
+        self.register_buffer("idle", torch.zeros(IDLE_SHAPE))  # what is laid on it while the character stands
 
     def forward(self, x: torch.Tensor, phase: torch.Tensor) -> torch.Tensor:
         """x (batch, INPUT_SIZE), phase (batch,) radians -> (batch, OUTPUT_SIZE), all in natural units."""

@@ -4,7 +4,8 @@ import numpy as np
 import torch
 
 from controller import weights
-from controller.layout import INPUT, INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE
+from controller.idle import Idle
+from controller.layout import GAITS, INPUT, INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE
 from controller.network import PhaseFunctionedNetwork
 from controller.trajectory import Trajectory
 from sim import rotations as rot
@@ -24,6 +25,7 @@ class PhaseFunctionedController:
         standing = network.standing.numpy().astype(float)
         self.body = {name: standing[where.start - POSE.start:where.stop - POSE.start].reshape(INPUT[name])
                      for name, where in INPUT_SLICES.items() if where.start >= POSE.start}
+        self.idle = Idle(network.idle.numpy().astype(float))
         for _ in range(SETTLE_FRAMES):
             self.step(Command())
         self.trajectory = Trajectory()
@@ -51,15 +53,16 @@ class PhaseFunctionedController:
         return {name: y[where].reshape(OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
 
     def _pose(self, answer: dict[str, np.ndarray]) -> Pose:
-        """The answer, given in the root frame, placed in the world."""
+        """The answer, given in the root frame, with the idle laid on it and placed in the world."""
+        turns, shift = self.idle.step(self.trajectory.past_gaits[-1, GAITS.index("stand")])
         x, z = self.trajectory.position
         root = np.array([x, 0.0, z])
         to_world = rot.from_yaw(self.trajectory.facing)
         return Pose(
             root_position=root,
             root_facing=float(rot.wrap_angle(self.trajectory.facing)),
-            hips=root + rot.rotate(to_world, answer["positions"][0]),
-            rotations=rot.multiply(to_world, rot.from_6d(answer["rotations"])),
+            hips=root + rot.rotate(to_world, answer["positions"][0] + shift),
+            rotations=rot.multiply(to_world, rot.multiply(turns, rot.from_6d(answer["rotations"]))),
             contacts=1 / (1 + np.exp(-answer["contacts"])),
             phase=self.phase,
         )

@@ -11,6 +11,7 @@ import torch
 from torch.nn import functional as F
 from tqdm import tqdm
 
+from controller import idle
 from controller.dataset import Frames, load_folder
 from controller.layout import GAITS, INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.network import PhaseFunctionedNetwork
@@ -243,6 +244,7 @@ def set_statistics(network: PhaseFunctionedNetwork, frames: Frames) -> None:
             network.output_mean[contacts], deviation[contacts] = 0.0, 1.0
         getattr(network, f"{kind}_std").copy_(deviation.clamp(min=1e-4))
     stand = frames.inputs[:, INPUT_SLICES["trajectory_gaits"]][:, ::len(GAITS)].mean(axis=1)
+    network.idle.copy_(torch.from_numpy(idle.fit(frames.inputs, frames.targets, frames.clip)))
     network.standing.copy_(torch.from_numpy(frames.inputs[stand > stand.max() - 1e-3, POSE].mean(axis=0)))
 
 

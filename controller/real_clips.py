@@ -1,0 +1,58 @@
+"""The real clips that the controller's motion is measured beside: the neutral ones that training held out."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from controller.dataset import MINIMUM_SECONDS, NOT_NEUTRAL, feet_can_be_trusted, is_held_out
+from controller.measures import STILL, joint_angles, spells
+from controller.suite import Motion
+from sim.clip import FPS
+from sim.retarget import load_clip
+
+IDLE_SECONDS = 2.0  # the shortest stand that counts as idling
+IDLE_TURN = 0.3  # radians a second over which a standing character is turning
+
+
+@dataclass(frozen=True)
+class RealClips:
+    """Held-out clips; the stands of all clips, for hardly one is held out; and the range of each joint angle in the training
+    clips, low and high (21, 3) radians, mirrored as in training."""
+
+    held_out: list[Motion]
+    idle: list[Motion]
+    low: np.ndarray
+    high: np.ndarray
+
+    @classmethod
+    def load(cls, folder: Path) -> "RealClips":
+        """Every neutral clip under a folder of BVH files, but those that training skips. Raises ValueError where none is there."""
+        held_out, idle, ranges = [], [], []
+        for path in sorted(folder.rglob("*.bvh")):
+            if NOT_NEUTRAL.search(str(path.relative_to(folder))):
+                continue
+            try:
+                clip = load_clip(path)
+            except (ValueError, OSError):
+                continue
+            if len(clip) < MINIMUM_SECONDS * FPS or not feet_can_be_trusted(clip):
+                continue
+            motion = Motion.of_clip(clip)
+            idle += [motion[stretch] for stretch in spells(is_idle(motion), IDLE_SECONDS)]
+            if is_held_out(path.stem):
+                held_out.append(motion)
+                continue
+            for side in (clip, clip.mirrored()):
+                angles = joint_angles(side.rotations, Motion.of_clip(side).root.facing)
+                ranges.append((angles.min(axis=0), angles.max(axis=0)))
+        if not held_out or not ranges:
+            raise ValueError(f"'{folder}' holds too few usable BVH files to measure against: unpack the archives of motion "
+                             "capture there, or leave --data out")
+        lows, highs = zip(*ranges)
+        return cls(held_out, idle, np.min(lows, axis=0), np.max(highs, axis=0))
+
+
+def is_idle(motion: Motion) -> np.ndarray:
+    """Whether the root neither goes nor turns: (frames,)."""
+    return (np.linalg.norm(motion.velocity, axis=1) < STILL) & (np.abs(motion.turn_rate) < IDLE_TURN)
