@@ -7,14 +7,17 @@ from sim.clip import FPS
 from sim.kinematics import two_bone_ik
 from sim.pose import Pose
 from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, INDEX, TOE_HEIGHT
-from sim.springs import spring_step
+from sim.springs import decay, spring_step
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
-HEIGHT_HALFLIFE = 0.04  # seconds, for the hips' height and a foot's way to the floor
+HEIGHT_HALFLIFE = 0.05  # seconds, for a foot's way to the floor
+HIPS_HALFLIFE = 0.15  # seconds, for the hips' height
+CLEARANCE = 0.045  # metres: a lifted foot is as high as the neutral one, as far as this
+STANCE_HALFLIFE = 0.3  # seconds over which a styled foot's place is told from its stride
 LIFTED, PLANTED = 0.3, 0.6  # contact under which a foot is free and over which it is held
 LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
-REACH = 0.995  # share of the leg's length that is used
+REACH = 0.99  # share of the leg's length that is used
 
 UP_LEG, LEG, FOOT, TOE = (np.array([INDEX[side + name] for side in ("Left", "Right")]) for name in ("UpLeg", "Leg", "Foot", "Toe"))
 LEG_LENGTH = float(np.linalg.norm(BONE_OFFSETS[LEG[0]]) + np.linalg.norm(BONE_OFFSETS[FOOT[0]]))
@@ -30,20 +33,37 @@ class FootLock:
         self.slip, self.slip_rate = np.zeros((2, 3)), np.zeros((2, 3))  # the horizontal correction of each foot
         self.height, self.height_rate = np.zeros(2), np.zeros(2)  # the vertical one
         self.hips, self.hips_rate = 0.0, 0.0
+        self.lift, self.lift_rate = 0.0, 0.0
+        self.stance = np.zeros((2, 3))  # where the style puts each foot beside the neutral one, in the character's facing
 
     def step(self, styled: Pose, neutral: Pose) -> Pose:
         """The styled pose with its feet in order. Joints keep their bones' length; arms and spine ride along unturned."""
         contacts = neutral.contacts.reshape(2, 2)
-        clearance = _lowest(neutral) - _lowest(styled)
+        clearance = self._clearance(styled, neutral)
         feet = styled.positions[CONTACT_JOINTS].reshape(2, 2, 3) + np.array([0.0, clearance, 0.0])
-        correction = self._plant(feet, contacts)
+        feet += self._stride(styled, neutral)[:, None]
+        neutral_low = neutral.positions[CONTACT_JOINTS, 1].reshape(2, 2).min(axis=1)
+        correction = self._plant(feet, contacts, neutral_low)
         targets = feet[:, 0] + correction
-
         drop = self._drop(styled.positions[UP_LEG] + np.array([0.0, clearance, 0.0]), targets)
         return bend_legs(styled.with_body(styled.hips + np.array([0.0, clearance - drop, 0.0]), styled.rotations), targets)
 
-    def _plant(self, feet: np.ndarray, contacts: np.ndarray) -> np.ndarray:
-        """What to add to each foot (2, 3), for ankles and toes (2, 2, 3) and their contacts (2, 2)."""
+    def _clearance(self, styled: Pose, neutral: Pose) -> float:
+        """How far the body rises so that its lowest foot is as high over the floor as the neutral one's: crouch or tiptoe."""
+        wanted = _lowest(neutral) - _lowest(styled)
+        self.lift, self.lift_rate = spring_step(self.lift, self.lift_rate, wanted, HIPS_HALFLIFE, DT)
+        return self.lift
+
+    def _stride(self, styled: Pose, neutral: Pose) -> np.ndarray:
+        """What to add to each foot (2, 3) so that it strides as the neutral one does, about the style's own stance.
+
+        The root goes the content's way at the content's speed: another stride under it could only slide."""
+        apart = neutral.to_character(styled.positions[FOOT] - neutral.positions[FOOT]) * np.array([1.0, 0.0, 1.0])
+        self.stance += (apart - self.stance) * (1 - decay(STANCE_HALFLIFE, DT))
+        return neutral.to_world(self.stance - apart)
+
+    def _plant(self, feet: np.ndarray, contacts: np.ndarray, neutral_low: np.ndarray) -> np.ndarray:
+        """What to add to each foot (2, 3), for ankles and toes (2, 2, 3), their contacts (2, 2) and the neutral feet's height."""
         moved = feet - (feet if self.joints is None else self.joints)
         self.joints = feet
         bearing = contacts.argmax(axis=1)  # the joint that carries the weight: ankle or toe
@@ -56,8 +76,10 @@ class FootLock:
         length = np.linalg.norm(self.slip, axis=1, keepdims=True)
         self.slip *= np.minimum(1.0, LONGEST_CORRECTION / np.maximum(length, 1e-9))
 
-        to_floor = TOE_HEIGHT - feet[:, :, 1].min(axis=1)
-        wanted = np.maximum(to_floor, 0.0) + np.minimum(to_floor, 0.0) * planted[:, 0]
+        low = feet[:, :, 1].min(axis=1)
+        to_floor = TOE_HEIGHT - low
+        to_clear = np.clip(neutral_low, TOE_HEIGHT, CLEARANCE) - low
+        wanted = np.maximum(to_clear, 0.0) * (1 - planted[:, 0]) + to_floor * planted[:, 0]
         self.height, self.height_rate = spring_step(self.height, self.height_rate, wanted, HEIGHT_HALFLIFE, DT)
         up = np.maximum(self.height, to_floor - 0.5 * TOE_HEIGHT)  # the spring may lag, the floor may not be pierced
         return self.slip + up[:, None] * np.array([0.0, 1.0, 0.0])
@@ -68,7 +90,7 @@ class FootLock:
         across = np.minimum(np.hypot(way[:, 0], way[:, 2]), 0.9 * LEG_LENGTH)
         missing = way[:, 1] - np.sqrt((REACH * LEG_LENGTH) ** 2 - across**2)
         wanted = float(np.clip(missing.max(), 0.0, LONGEST_DROP))
-        self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, HEIGHT_HALFLIFE, DT)
+        self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, HIPS_HALFLIFE, DT)
         return self.hips
 
 

@@ -42,3 +42,7 @@ class Pose:
     def to_character(self, vectors: np.ndarray) -> np.ndarray:
         """World vectors (..., 3) in the character's own facing."""
         return rot.rotate(rot.from_yaw(-self.root_facing), vectors)
+
+    def to_world(self, vectors: np.ndarray) -> np.ndarray:
+        """Vectors (..., 3) in the character's own facing, in world axes."""
+        return rot.rotate(rot.from_yaw(self.root_facing), vectors)

@@ -56,3 +56,18 @@ def test_bones_keep_their_length_and_the_upper_body_its_attitude():
         np.testing.assert_allclose(np.linalg.norm(bones, axis=-1), np.linalg.norm(BONE_OFFSETS[1:], axis=-1), atol=1e-9)
         np.testing.assert_array_equal(after.rotations[9:], before.rotations[9:])
         assert np.isfinite(to_local(after.rotations)).all()
+
+
+def test_a_restyled_leg_keeps_the_stride_of_the_neutral_one_and_its_own_stance():
+    clip = walking_clip(240).grounded()
+    rotations, lock = clip.global_rotations(), FootLock()
+    short = rotations.copy()
+    for joint in (1, 2, 5, 6):
+        short[:, joint] = rot.slerp(np.tile(rot.IDENTITY, (240, 1)), rotations[:, joint], 0.4)  # less than half the stride
+    apart, unlocked = [], []
+    for t in range(240):
+        neutral = Pose(clip.hips[t] * [1, 0, 1], 0.0, clip.hips[t], rotations[t], np.zeros(4), 0.0)
+        styled = neutral.with_body(clip.hips[t], short[t])
+        for poses, pose in ((unlocked, styled), (apart, lock.step(styled, neutral))):
+            poses.append((pose.positions - neutral.positions)[[3, 7], 2])
+    assert np.ptp(np.array(apart)[120:]) < 0.3 * np.ptp(np.array(unlocked)[120:])
