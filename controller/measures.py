@@ -26,15 +26,15 @@ def direction_error(velocity: np.ndarray, asked: np.ndarray) -> float:
 
 
 def arrival_time(velocity: np.ndarray, asked: np.ndarray) -> float:
-    """Seconds from the first frame, at which (2,) is asked for, until the velocity along it first reaches ARRIVED of its
-    steady mean, that of the last STEADY_SECONDS. NaN where it ends up not moving that way at all."""
+    """Seconds from the first frame, at which (2,) is asked for, until the velocity along it first reaches ARRIVED of
+    its mean over the last STEADY_SECONDS; infinite where it ends up not moving that way at all."""
     along = velocity @ asked / np.linalg.norm(asked)
     steady = along[-round(STEADY_SECONDS * FPS):].mean()
-    return float(np.argmax(along >= ARRIVED * steady) / FPS) if steady > STILL else float("nan")
+    return float(np.argmax(along >= ARRIVED * steady) / FPS) if steady > STILL else float("inf")
 
 
 def time_until_still(velocity: np.ndarray) -> float:
-    """Seconds from the first frame, at which nothing is asked for any more, until the speed is under STILL and stays there;
+    """Seconds from the first frame, at which nothing is asked for any more, until the speed is under STILL and stays;
     infinite where it never is."""
     moving = np.flatnonzero(np.linalg.norm(velocity, axis=1) >= STILL)
     if not len(moving):
@@ -58,12 +58,12 @@ def drift(points: np.ndarray) -> float:
 
 
 def liveliness(relative: np.ndarray) -> float:
-    """Standard deviation of root-relative joint positions (frames, joints, 3) over time, mean over the joints: metres."""
+    """Standard deviation of root-relative joint positions (frames, joints, 3), mean over the joints: metres."""
     return float(np.linalg.norm(relative.std(axis=0), axis=-1).mean())
 
 
 def joint_angles(rotations: np.ndarray, facing: np.ndarray) -> np.ndarray:
-    """Angles (frames, 21, 3) in radians: each joint's rotation vector against its parent's frame, the hips' against the facing.
+    """Angles (frames, 21, 3) in radians: each joint's rotation vector against its parent, or the facing for the hips.
 
     rotations (frames, 21, 4) local, the hips' in world axes; facing (frames,) yaw."""
     own = rotations.copy()

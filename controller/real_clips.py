@@ -17,8 +17,8 @@ IDLE_TURN = 0.3  # radians a second over which a standing character is turning
 
 @dataclass(frozen=True)
 class RealClips:
-    """Held-out clips; the stands of all clips, for hardly one is held out; and the range of each joint angle in the training
-    clips, low and high (21, 3) radians, mirrored as in training."""
+    """Held-out clips; the stands of all clips, for hardly one is held out; and the range of each joint angle in the
+    training clips, low and high (21, 3) radians, mirrored as in training."""
 
     held_out: list[Motion]
     idle: list[Motion]
@@ -27,7 +27,8 @@ class RealClips:
 
     @classmethod
     def load(cls, folder: Path) -> "RealClips":
-        """Every neutral clip under a folder of BVH files, but those that training skips. Raises ValueError where none is there."""
+        """Every neutral clip under a folder of BVH files, but those that training skips. Raises ValueError where that
+        leaves nothing to measure against."""
         held_out, idle, ranges = [], [], []
         for path in sorted(folder.rglob("*.bvh")):
             if NOT_NEUTRAL.search(str(path.relative_to(folder))):
@@ -47,8 +48,8 @@ class RealClips:
                 angles = joint_angles(side.rotations, Motion.of_clip(side).root.facing)
                 ranges.append((angles.min(axis=0), angles.max(axis=0)))
         if not held_out or not ranges:
-            raise ValueError(f"'{folder}' holds too few usable BVH files to measure against: unpack the archives of motion "
-                             "capture there, or leave --data out")
+            raise ValueError(f"'{folder}' holds too few usable BVH files to measure against: unpack the archives of "
+                             "motion capture there, or leave --data out")
         lows, highs = zip(*ranges)
         return cls(held_out, idle, np.min(lows, axis=0), np.max(highs, axis=0))
 

@@ -1,12 +1,12 @@
-"""What the controller is evaluated on: a fixed suite of scripted sticks, ten minutes of random ones, and the ways of real clips."""
+"""What the controller is evaluated on: a fixed suite of sticks, ten minutes of random ones, the ways of real clips."""
 
+import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Callable, Mapping, Sequence
 
 import numpy as np
 
-from controller.network import PhaseFunctionedNetwork
 from controller.phase import label_gait
 from controller.runtime import PhaseFunctionedController
 from sim import rotations as rot
@@ -24,7 +24,8 @@ Script = Sequence[Command]  # one a frame
 FORWARD, BACK, LEFT, RIGHT = (0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0)
 WAIT = 1.0  # seconds of standing before the stick moves
 SPEEDS = (("walk", 0.4), ("walk", 0.8), ("walk", 1.3), ("run", 2.0), ("run", 3.0), ("run", 3.5))  # metres a second
-FACING_FORWARD = {"strafe left": LEFT, "strafe right": RIGHT, "diagonal left": (0.6, 0.8), "diagonal right": (-0.6, 0.8),
+FACING_FORWARD = {"strafe left": LEFT, "strafe right": RIGHT,
+                  "diagonal left": (0.6, 0.8), "diagonal right": (-0.6, 0.8),
                   "back": BACK, "back left": (0.6, -0.8), "back right": (-0.6, -0.8)}
 CYCLE = {"walk": 1.1, "run": 0.7}  # seconds: reversals and stops come at four instants of one cycle, so at either foot
 INSTANTS = 4
@@ -99,7 +100,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Played:
-    """A script and what came of it: the motion before and after the foot lock, and the simulated body's place (F, 2)."""
+    """A script and what came of it: the motion before and after the foot lock, the simulated body's place (F, 2)."""
 
     script: Script
     neutral: Motion
@@ -119,9 +120,10 @@ class Unstyled:
         return neutral
 
 
-def play(script: Script, network: PhaseFunctionedNetwork, tick: Callable[[], object] = lambda: None) -> Played:
-    """The script through a new session, from standing; `tick` is called once a frame."""
-    session = Session(PhaseFunctionedController(network), Unstyled())
+def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[], object] = lambda: None) -> Played:
+    """The script through a new session, from how a new controller stands; that one is left as it is. `tick` is called
+    once a frame."""
+    session = Session(copy.deepcopy(standing), Unstyled())
     frames, simulated = [], []
     for command in script:
         frames.append(session.step(command))
@@ -143,10 +145,10 @@ def suite() -> dict[str, Script]:
              for gait, speed in SPEEDS if speed <= GAIT_SPEEDS[gait]}
     moves |= {name: script((4, Command(move, FORWARD))) for name, move in FACING_FORWARD.items()}
     for gait, go in (("walk", walk), ("run", run)):
-        for instant in range(INSTANTS):
-            before = (3 + CYCLE[gait] * instant / INSTANTS, go)
-            moves[f"reverse {gait} {instant}"] = script(before, (3, Command(BACK, gait=gait)))
-            moves[f"stop {gait} {instant}"] = script(before, (2.5, Command()), (3, walk))
+        back = Command(BACK, gait=gait)
+        for kind, after in (("reverse", [(3, back)]), ("stop", [(2.5, Command()), (3, walk)])):
+            for instant in range(INSTANTS):
+                moves[f"{kind} {gait} {instant}"] = script((3 + CYCLE[gait] * instant / INSTANTS, go), *after)
     moves["turn walk"] = script((3, walk), (3, Command(LEFT)))
     moves["turn run"] = script((3, run), (3, Command(LEFT, gait="run")))
     moves["turn on the spot"] = script((2, Command(face=LEFT)), (2, Command(face=RIGHT)))
@@ -174,7 +176,7 @@ def random_sticks(seconds: float = RANDOM_SECONDS, seed: int = 1) -> Script:
 
 
 def follow(clip: Motion) -> Script:
-    """The sticks that ask for a real clip's way: its root's velocity and facing, after LEAD_IN_SECONDS at how it begins."""
+    """The sticks that ask for a real clip's way, root velocity and facing, after LEAD_IN_SECONDS of how it begins."""
     turn = rot.from_yaw(-clip.root.facing[0])
     velocity = rot.rotate(turn, np.insert(clip.velocity, 1, 0.0, axis=1))[:, [0, 2]]
     facing = clip.root.facing - clip.root.facing[0]
