@@ -20,7 +20,7 @@ CONTENT_SPAN = (WINDOW - 1) * STRIDE  # frames between the first and the last sa
 SHORTEST = CONTENT_SPAN + 3  # frames; shorter clips hold no window
 UPRIGHT = 0.55  # metres; clips whose hips come lower (crawling, lying) are not what a standing character does
 MOVING = 0.4  # m/s; slower clips are gestures and idling, drawn less often
-STILL_SHARE = 0.3
+STILL_SHARE = 0.5
 HELD_OUT_EVERY = 10  # one clip in ten, by a hash of its name, is never trained on
 
 # Mirroring in features: the x of every vector flips, and so does the turn rate.

@@ -1,10 +1,11 @@
 """What training asks of the network: Eq. 15 to 19 of Motion Puzzle, and what measurement added to them."""
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from sim.features import LAYOUT, WINDOW
-from sim.skeleton import PART_OF_JOINT
+from sim.skeleton import CONTACT_JOINTS, GROUPS, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 from stylizer.motion_puzzle import MotionPuzzle, PartStyle, mix_parts
 
 # Weight of each term; the live stylizer shows the last sample only, hence LAST_WEIGHT on the last two.
@@ -12,6 +13,9 @@ WEIGHTS = {"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 1.5
 LAST_WEIGHT = 5.0
 BODY = slice(LAYOUT["position"].start, LAYOUT["rotation"].stop)  # position and rotation
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics
+STANDING, WALKING = 0.15, 0.45  # m/s, mean root speed of a clip under and over which it surely stands or walks
+FEET = np.isin(np.arange(JOINT_COUNT), CONTACT_JOINTS)
+LEGS = np.isin(PART_OF_JOINT, [PART_NAMES.index(part) for part in GROUPS["legs"]])
 
 
 def losses(model: MotionPuzzle, source: Tensor, later: Tensor, target: Tensor, use_target: Tensor) -> dict[str, Tensor]:
@@ -48,23 +52,29 @@ def posture(restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, u
     """The restyled parts' mean and deviation over time, per joint, should differ as the target's and the source's do.
 
     A difference of whole cycles, because half a second is half a stride: its own mean depends on which leg is in front.
-    How clips at different speeds move says less about style, so they count less."""
-    mean_shift = target[..., BODY].mean(2) - source[..., BODY].mean(2)  # (21, B, 9)
-    deviation_shift = _deviation(target) - _deviation(source)
-    mean_error = (restyled[..., BODY].mean(2) - content[..., BODY].mean(2) - mean_shift).abs()
-    deviation_error = (_deviation(restyled) - (_deviation(content) + deviation_shift).clamp(min=0)).abs()
-
+    How clips at different speeds move says less about style, so they count less; and where one walks and the other
+    stands, feet stay as flat and legs as quiet (or lively) as they are."""
     speed = [(m[0] * model.deviation[0, 0] + model.mean[0, 0])[..., LAYOUT["root"]][..., :2].norm(dim=-1).mean(-1)
              for m in (source, target)]
     alike = torch.exp(-((speed[0] - speed[1]) / SPEED_SCALE) ** 2)[None, :, None]  # (1, B, 1)
+    walking = [((v - STANDING) / (WALKING - STANDING)).clamp(0, 1) for v in speed]
+    same_gait = 1 - (walking[0] - walking[1]).abs()[None, :, None]
+    feet, legs = (torch.as_tensor(joints, device=source.device)[:, None, None] for joints in (FEET, LEGS))
+
+    mean_shift = target[..., BODY].mean(2) - source[..., BODY].mean(2)  # (21, B, 9)
+    mean_shift = torch.where(feet, same_gait, 1.0) * mean_shift
+    deviation_shift = torch.where(legs, same_gait, 1.0) * (_deviation(target) - _deviation(source))
+    mean_error = (restyled[..., BODY].mean(2) - content[..., BODY].mean(2) - mean_shift).abs()
+    deviation_error = (_deviation(restyled) - (_deviation(content) + deviation_shift).clamp(min=0)).abs()
+
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=use_target.device)][..., None]  # (21, B, 1)
     error = ((0.5 + 0.5 * alike) * mean_error + alike * deviation_error) * chosen
     return error.sum() / (chosen.sum() * error.shape[2]).clamp(min=1)
 
 
 def _bend(now: Tensor, later: Tensor) -> Tensor:
-    """Second differences, 1/60 s apart, of the newest poses as two windows a frame apart tell them in turn: its noise is
-    the jitter of the live stream. (21, B, T, 15) twice -> (21, B, 4, 9)."""
+    """Second differences, 1/60 s apart, of the newest poses as two windows a frame apart tell them in turn: what makes
+    the live stream jitter. (21, B, T, 15) twice -> (21, B, 4, 9)."""
     return torch.stack([now[:, :, -3:, BODY], later[:, :, -3:, BODY]], dim=3).flatten(2, 3).diff(n=2, dim=2)
 
 

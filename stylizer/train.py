@@ -51,8 +51,8 @@ def train(data_dir: Path, out_dir: Path, minutes: float = 75, resume: bool = Fal
             bar.update(0)
             if trainer.spent - saved > CHECKPOINT_SECONDS or trainer.spent >= budget:
                 saved = trainer.spent
-                trainer.keep(checkpoint)
                 trainer.log(out_dir / "curve.csv")
+                trainer.keep(checkpoint)
                 trainer.save_weights(path, data_dir, f"patchwalk train stylizer --minutes {minutes:g}")
     plot_curve(out_dir / "curve.csv")
     bundled.build(weights.SLIM, out_dir, data_dir, out_dir / "styles")
@@ -76,8 +76,8 @@ class Trainer:
         held_out = Sampler(data.split(held_out=True), seed)
         self.held_out = [(held_out.batch(BATCH), draw_mixing(held_out.random, BATCH)) for _ in range(HELD_OUT_BATCHES)]
         self.step, self.spent = 0, 0.0
-        self.sums: dict[str, float] = {}
-        self.rows: list[dict[str, float]] = []
+        self.recent: list[dict[str, float]] = []  # losses of the steps since the last row
+        self.rows: list[dict[str, float]] = []  # of the curve, since the last log
 
     def update(self, progress: float) -> dict[str, float]:
         """One step of the optimiser; progress 0..1 sets the learning rate. Returns the losses by name."""
@@ -94,12 +94,15 @@ class Trainer:
         self.step += 1
         self.spent += time.perf_counter() - start
         result = {name: value.item() for name, value in terms.items()}
-        for name, value in result.items():
-            self.sums[name] = self.sums.get(name, 0.0) + value / LOG_EVERY
-        if self.step % LOG_EVERY == 0:
-            self.rows.append({"step": self.step, "minutes": self.spent / 60, **self.sums})
-            self.sums = {}
+        self.recent.append(result)
+        if len(self.recent) == LOG_EVERY:
+            self._close_row()
         return result
+
+    def _close_row(self) -> None:
+        means = {name: float(np.mean([losses[name] for losses in self.recent])) for name in self.recent[0]}
+        self.rows.append({"step": self.step, "minutes": self.spent / 60, **means})
+        self.recent = []
 
     def _losses(self, model: MotionPuzzle, batch: Batch, use_target: np.ndarray) -> dict[str, torch.Tensor]:
         tensors = (torch.from_numpy(a).to(self.device) for a in (batch.source, batch.later, batch.target, use_target))
@@ -116,8 +119,8 @@ class Trainer:
         """Writes the checkpoint."""
         partial = path.with_suffix(".partial")
         state = {name: getattr(self, name).state_dict() for name in ("model", "average", "optimizer")}
-        numbers = {"step": self.step, "spent": self.spent, "sums": self.sums}
-        torch.save({**state, **numbers, "random": self.sampler.random.bit_generator.state}, partial)
+        random = self.sampler.random.bit_generator.state
+        torch.save({**state, "step": self.step, "spent": self.spent, "random": random}, partial)
         partial.replace(path)
 
     def restore(self, path: Path) -> None:
@@ -131,12 +134,12 @@ class Trainer:
         except (RuntimeError, ValueError, KeyError) as error:
             raise ValueError(f"{path} is another network's checkpoint: train without --resume") from error
         self.sampler.random.bit_generator.state = state["random"]
-        self.step, self.spent, self.sums = state["step"], state["spent"], state["sums"]
+        self.step, self.spent = state["step"], state["spent"]
 
     def log(self, path: Path) -> None:
         """Appends what was gathered since the last call to the curve's CSV, the newest row with the held-out losses."""
-        if not self.rows:
-            return
+        if self.recent:
+            self._close_row()
         held_out = self.held_out_losses()
         fields = [*self.rows[0], *(f"held_out_{name}" for name in held_out)]
         self.rows[-1].update({f"held_out_{name}": value for name, value in held_out.items()})
