@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from sim import rotations as rot
 from sim.clip import FPS
-from sim.kinematics import two_bone_ik
+from sim.limbs import KNEES_FORWARD, LEGS, reach
 from sim.pose import Pose
-from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, INDEX, TOE_HEIGHT
+from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT
 from sim.springs import decay, spring_step
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
@@ -19,7 +18,7 @@ LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that 
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
 REACH = 0.99  # share of the leg's length that is used
 
-UP_LEG, LEG, FOOT, TOE = (np.array([INDEX[side + name] for side in ("Left", "Right")]) for name in ("UpLeg", "Leg", "Foot", "Toe"))
+UP_LEG, LEG, FOOT = LEGS
 LEG_LENGTH = float(np.linalg.norm(BONE_OFFSETS[LEG[0]]) + np.linalg.norm(BONE_OFFSETS[FOOT[0]]))
 DT = 1 / FPS
 
@@ -46,7 +45,8 @@ class FootLock:
         correction = self._plant(feet, contacts, neutral_low)
         targets = feet[:, 0] + correction
         drop = self._drop(styled.positions[UP_LEG] + np.array([0.0, clearance, 0.0]), targets)
-        return bend_legs(styled.with_body(styled.hips + np.array([0.0, clearance - drop, 0.0]), styled.rotations), targets)
+        body = styled.with_body(styled.hips + np.array([0.0, clearance - drop, 0.0]), styled.rotations)
+        return reach(body, LEGS, targets, KNEES_FORWARD, REACH)
 
     def _clearance(self, styled: Pose, neutral: Pose) -> float:
         """How far the body rises so that its lowest foot is as high over the floor as the neutral one's: crouch or tiptoe."""
@@ -92,17 +92,6 @@ class FootLock:
         wanted = float(np.clip(missing.max(), 0.0, LONGEST_DROP))
         self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, HIPS_HALFLIFE, DT)
         return self.hips
-
-
-def bend_legs(pose: Pose, ankles: np.ndarray) -> Pose:
-    """The pose with its ankles moved to (2, 3) world metres by two-bone inverse kinematics; feet keep their attitude."""
-    p = pose.positions
-    forward = np.array([np.sin(pose.root_facing), 0.0, np.cos(pose.root_facing)])
-    upper, lower = two_bone_ik(p[UP_LEG], p[LEG], p[FOOT], ankles, forward, REACH)
-    rotations = pose.rotations.copy()
-    rotations[UP_LEG] = rot.multiply(upper, rotations[UP_LEG])
-    rotations[LEG] = rot.multiply(lower, rotations[LEG])
-    return pose.with_body(pose.hips, rotations)
 
 
 def _smooth_step(t: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ import torch
 from sim import rotations as rot
 from sim.clip import FPS
 from sim.features import LAYOUT, rotations_of
+from sim.limbs import ARMS, ELBOWS_BACK, reach
 from sim.pose import Pose
 from sim.skeleton import INDEX, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 from sim.springs import spring_step
@@ -24,8 +25,11 @@ OWN = "neutral"  # the style that untouched parts wear inside the network
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 SWITCH_HALFLIFE = 0.08  # seconds in which half of the way from one style to another is gone
 SMOOTHING_HALFLIFE = 0.035  # seconds; the turns that the network asks for follow a spring, and lag by as much
+ARM_REACH = 0.999  # share of an arm's length that is used
 GONE = 1e-3  # a strength this small, on its way out, is 0
 DT = 1 / FPS
+SHOULDERS = np.array([INDEX["LeftShoulder"], INDEX["RightShoulder"]])  # their place is the spine's doing alone
+ARM_PARTS = PART_OF_JOINT[SHOULDERS]
 
 # What is kept of the network's answer: a rotation vector a joint, then the hips' shift on the floor in metres.
 HIPS_ROW = JOINT_COUNT
@@ -64,7 +68,7 @@ class LiveStylizer:
             self.turns.forget()
             return neutral
         turns = self.turns.step(self._ask(window), np.array(switched)[PART_OF_ROW], strengths[PART_OF_ROW] > 0)
-        return _turned(neutral, turns * strengths[PART_OF_ROW, None])
+        return _hands_kept(_turned(neutral, turns * strengths[PART_OF_ROW, None]), neutral, strengths[ARM_PARTS])
 
     def _ask(self, window: np.ndarray) -> np.ndarray:
         """The network's answer for the last sample, as rows (22, 3) in the character's own frame."""
@@ -139,3 +143,14 @@ def _turned(neutral: Pose, rows: np.ndarray) -> Pose:
     turns = rot.from_rotation_vector(rows[:HIPS_ROW][turned])
     rotations[turned] = rot.normalize(rot.multiply(turns, rotations[turned]))
     return neutral.with_body(neutral.hips + rows[HIPS_ROW], rotations)
+
+
+def _hands_kept(styled: Pose, neutral: Pose, strengths: np.ndarray) -> Pose:
+    """Hands of arms that keep their own style stay where they were beside the hips, however the spine leans above them.
+
+    strengths: (2,) of the left and the right arm; an arm in between gives way in between."""
+    carried = (styled.positions[SHOULDERS] - styled.hips) - (neutral.positions[SHOULDERS] - neutral.hips)
+    carried *= np.clip(1 - strengths, 0, 1)[:, None]
+    if np.abs(carried).max() < 1e-9:
+        return styled
+    return reach(styled, ARMS, styled.positions[ARMS[-1]] - carried, ELBOWS_BACK, ARM_REACH)

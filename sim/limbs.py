@@ -1,0 +1,28 @@
+"""Arms and legs of a pose put where something asks for them, by two-bone inverse kinematics."""
+
+import numpy as np
+
+from sim import rotations as rot
+from sim.kinematics import two_bone_ik
+from sim.pose import Pose
+from sim.skeleton import INDEX
+
+# The joints of a limb from the body outwards, each (2,): left and right.
+LEGS, ARMS = (tuple(np.array([INDEX[side + name] for side in ("Left", "Right")]) for name in names)
+              for names in (("UpLeg", "Leg", "Foot"), ("Arm", "ForeArm", "Hand")))
+KNEES_FORWARD, ELBOWS_BACK = 1.0, -1.0
+
+
+def reach(pose: Pose, limbs: tuple[np.ndarray, ...], targets: np.ndarray, bend: float, share: float) -> Pose:
+    """The pose with the ends of both limbs moved to (2, 3) world metres; hands and feet keep their attitude.
+
+    limbs: LEGS or ARMS. bend: which way a straight limb bends, KNEES_FORWARD or ELBOWS_BACK. share: of the limb's length that
+    is used at most."""
+    upper, lower, end = limbs
+    p = pose.positions
+    pole = bend * np.array([np.sin(pose.root_facing), 0.0, np.cos(pose.root_facing)])
+    turn_upper, turn_lower = two_bone_ik(p[upper], p[lower], p[end], targets, pole, share)
+    rotations = pose.rotations.copy()
+    rotations[upper] = rot.multiply(turn_upper, rotations[upper])
+    rotations[lower] = rot.multiply(turn_lower, rotations[lower])
+    return pose.with_body(pose.hips, rotations)
