@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.layout import FUTURE, INPUT_SLICES, OFFSETS, OUTPUT_SLICES, OUTPUT_SIZE, INPUT_SIZE
+from controller.layout import FUTURE, INPUT_SIZE, INPUT_SLICES, OFFSETS, OUTPUT_SIZE, OUTPUT_SLICES
 from controller.phase import label_gait, label_phase
 from sim import rotations as rot
 from sim.clip import FPS, Clip, root_frame
@@ -34,7 +34,8 @@ class Frames:
     """Frames of all clips end to end; entry t and t + 1 follow each other where `last` is False.
 
     inputs (N, INPUT_SIZE), targets (N, OUTPUT_SIZE): the frame after, as the network should answer; phase (N,) radians;
-    weight (N,) how often to draw it; held_out (N,), last (N,) bool: the clip's last usable frame; names of the clips, clip (N,) index.
+    weight (N,) how often to draw it; held_out (N,) bool; last (N,) bool: the clip's last usable frame; clip (N,) index into
+    `names`, the clips' names.
     """
 
     inputs: np.ndarray

@@ -6,7 +6,7 @@ from typing import Callable, Mapping
 
 import torch
 
-from controller.figures import Figure, endurance, feet, look, standing, steering
+from controller.figures import Figure, endurance, feet, likeness, smoothness, standing, steering
 from controller.real_clips import RealClips
 from controller.runtime import PhaseFunctionedController
 from controller.suite import Played, follow, play, random_sticks, suite
@@ -35,6 +35,6 @@ def evaluate(data: Path | None = None, progress: Callable[[int], Callable[[], ob
     played = {name: play(script, standing_still, tick) for name, script in scripts.items()}
     random = played.pop("random")
     followed = [play(way, standing_still, tick).locked for way in ways]
-    figures = {**steering(played), **feet(played, real), **standing(played["stand"], real),
-               **look(played, real, followed), **endurance(random, real)}
+    figures = {**steering(played), **feet(played, real), **smoothness(played, real), **standing(played["stand"], real),
+               **likeness(real, followed), **endurance(random, real)}
     return Evaluation({name: figure.rounded() for name, figure in figures.items()}, played)

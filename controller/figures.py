@@ -7,8 +7,19 @@ from typing import Callable, Mapping, Sequence
 import numpy as np
 
 from controller.measures import (
-    PLANTED, arrival_time, contact_speed, depth_under, direction_error, drift, joint_angles, liveliness, outside,
-    speed_share, spells, time_until_still)
+    PLANTED,
+    arrival_time,
+    contact_speed,
+    depth_under,
+    direction_error,
+    drift,
+    joint_angles,
+    liveliness,
+    outside,
+    speed_share,
+    spells,
+    time_until_still,
+)
 from controller.real_clips import IDLE_SECONDS, RealClips
 from controller.suite import FACING_FORWARD, INSTANTS, SPEEDS, Motion, Played, compared, speed_name
 from sim.clip import FPS
@@ -19,6 +30,7 @@ SETTLED_SECONDS = 1.0  # after a wish has changed, speed and direction are held 
 WALKING, RUNNING = 1, 2  # columns of Motion.gait
 GAITS_MEASURED = ((WALKING, "walk"), (RUNNING, "run"))
 TOES = CONTACT_JOINTS[1::2]
+JERKS = (("m_s3", 1), ("30_hz_m_s3", 2))  # unit and rate in the name, and every which frame is looked at
 HALVINGS = 20  # ways to cut the real clips in two that are averaged
 ANGLE_MARGIN = math.radians(10)
 FROZEN_SPEED, WALK_AT_LEAST = 0.05, 0.2  # metres a second: what is no movement, what is asking for some
@@ -129,9 +141,9 @@ def standing(take: Played, real: RealClips | None) -> dict[str, Figure]:
     """Twenty seconds without a wish, beside the stands of all real clips."""
     ours, theirs = [take.locked], real.idle if real else []
     result = {"standing_drift_cm": Figure(drift(take.locked.root.positions) * CENTI, None, None, 1.0)}
-    for name, step in (("m_s3", 1), ("30_hz_m_s3", 2)):
+    for unit, step in JERKS:
         captured = _pooled(theirs, _jerk_at(step))
-        result[f"standing_jerk_{name}"] = Figure(_pooled(ours, _jerk_at(step)), captured, None, captured)
+        result[f"standing_jerk_{unit}"] = Figure(_pooled(ours, _jerk_at(step)), captured, None, captured)
 
     captured = _alive(theirs)
     result["standing_alive_mm"] = Figure(_alive(ours), captured, 1.0 if captured is None else captured / 2)
@@ -140,29 +152,42 @@ def standing(take: Played, real: RealClips | None) -> dict[str, Figure]:
 
 
 def _alive(motions: Sequence[Motion]) -> float | None:
-    """Millimetres, over windows of IDLE_SECONDS for all alike: the longer one looks, the more a body has shifted."""
+    """Millimetres, over windows of IDLE_SECONDS for all alike, for the longer one looks, the more a body has shifted; the
+    median, for a few of the real stands are gestures."""
     size = round(IDLE_SECONDS * FPS)
     windows = [m[start:start + size] for m in motions for start in range(0, len(m) - size + 1, size)]
-    return float(np.mean([liveliness(_relative(w)) for w in windows])) * MILLI if windows else None
+    return float(np.median([liveliness(_relative(w)) for w in windows])) * MILLI if windows else None
 
 
-def look(played: Mapping[str, Played], real: RealClips | None, followed: Sequence[Motion]) -> dict[str, Figure]:
-    """Smoothness while walking, and how like captured motion it is on the very ways of the held-out clips."""
-    locked, captured = [take.locked for take in played.values()], real.held_out if real else []
+def smoothness(played: Mapping[str, Played], real: RealClips | None) -> dict[str, Figure]:
+    """Jerk of all frames of the suite that walk."""
+    return _walking_jerk("", [take.locked for take in played.values()], real.held_out if real else [])
+
+
+def likeness(real: RealClips | None, followed: Sequence[Motion]) -> dict[str, Figure]:
+    """Like for like: what was played along the ways of the held-out clips, beside those clips. The suite asks for
+    livelier movement than most of them show."""
+    pairs = [compared(clip, motion) for clip, motion in zip(real.held_out, followed)] if real else []
+    captured, ours = [clip for clip, _ in pairs], [motion for _, motion in pairs]
     result = {}
-    for name, step in (("m_s3", 1), ("30_hz_m_s3", 2)):
+    for gait, name in GAITS_MEASURED:
+        theirs = _pooled(captured, _skate, gait)
+        result[f"same_ways_skate_{name}_cm_s"] = Figure(_pooled(ours, _skate, gait), theirs, None, theirs)
+    result |= _walking_jerk("same_ways_", ours, captured)
+    theirs, ours = ([pose_and_velocity(motion.features()) for motion in side] for side in (captured, ours))
+    distance = frechet_distance(np.concatenate(ours), np.concatenate(theirs)) * CENTI**2 if real else None
+    halves = between_halves(theirs) * CENTI**2 if len(theirs) > 1 else None
+    result["same_ways_frechet_distance_cm2"] = Figure(distance, halves, None, None if halves is None else 1.5 * halves)
+    return result
+
+
+def _walking_jerk(prefix: str, ours: Sequence[Motion], captured: Sequence[Motion]) -> dict[str, Figure]:
+    result = {}
+    for unit, step in JERKS:
         theirs = _pooled(captured, _jerk_at(step), WALKING)
         limit = None if theirs is None else 1.2 * theirs
-        result[f"walking_jerk_{name}"] = Figure(_pooled(locked, _jerk_at(step), WALKING), theirs, None, limit)
-    if not real:
-        return {**result, "frechet_distance_cm2": Figure(None)}
-    theirs, ours = ([pose_and_velocity(features) for features in side]
-                    for side in zip(*(compared(clip, motion) for clip, motion in zip(captured, followed))))
-    distance = frechet_distance(np.concatenate(ours), np.concatenate(theirs)) * CENTI**2
-    if len(theirs) < 2:
-        return {**result, "frechet_distance_cm2": Figure(distance)}
-    halves = between_halves(theirs) * CENTI**2
-    return {**result, "frechet_distance_cm2": Figure(distance, halves, None, 1.5 * halves)}
+        result[f"{prefix}walking_jerk_{unit}"] = Figure(_pooled(ours, _jerk_at(step), WALKING), theirs, None, limit)
+    return result
 
 
 def between_halves(clips: Sequence[np.ndarray]) -> float:

@@ -36,7 +36,6 @@ def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     Between two steps of a walk it runs evenly. Over a longer pause it runs with the feet's activity, so that it all but stands
     still while the character stands and the first step after a stop has a step's worth of phase.
     positions (frames, 21, 3), contacts (frames, 4)."""
-    frames = len(positions)
     feet = np.linalg.norm(np.gradient(positions[:, CONTACT_JOINTS], 1 / FPS, axis=0), axis=-1).mean(axis=1)
     activity = gaussian_filter1d(feet, 0.1 * FPS) + 0.01
     walking_rate = activity / WALK_ACTIVITY * (2 * np.pi / CYCLE_SECONDS / FPS)

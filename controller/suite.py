@@ -184,9 +184,9 @@ def follow(clip: Motion) -> Script:
     return [commands[0]] * (LEAD_IN_SECONDS * FPS) + commands[:FOLLOW_SECONDS * FPS]
 
 
-def compared(clip: Motion, played: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """Features of a real clip and of what was played along its way, over the same frames."""
-    return clip[:FOLLOW_SECONDS * FPS].features(), played[LEAD_IN_SECONDS * FPS:].features()
+def compared(clip: Motion, played: Motion) -> tuple[Motion, Motion]:
+    """A real clip and what was played along its way, both cut to the frames that they share."""
+    return clip[:FOLLOW_SECONDS * FPS], played[LEAD_IN_SECONDS * FPS:]
 
 
 def _asking_for(velocity: np.ndarray, face: tuple[float, float]) -> Command:

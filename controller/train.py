@@ -146,7 +146,8 @@ class Trainer:
     @torch.no_grad()
     def log(self, path: Path) -> None:
         """Appends the mean training losses since the last line, and the averaged weights' on held-out clips, to a CSV."""
-        row = {"minutes": self.spent / 60, **{f"train_{name}": np.mean([h[name] for h in self.history[-500:]]) for name in self.history[-1]}}
+        recent = self.history[-500:]
+        row = {"minutes": self.spent / 60, **{f"train_{name}": np.mean([h[name] for h in recent]) for name in recent[-1]}}
         held_out = self.split["held_out"]
         if len(held_out.starts):
             starts = held_out.draw(np.random.default_rng(0), 16, 256)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controller.layout import FUTURE, GAITS, OFFSETS, SAMPLE_STEP
+from controller.layout import FUTURE, OFFSETS, SAMPLE_STEP
 from controller.phase import label_gait
 from sim import rotations as rot
 from sim.clip import FPS

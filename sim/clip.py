@@ -17,7 +17,7 @@ MIRROR_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])  # reflection through the Y
 
 @dataclass(frozen=True)
 class Clip:
-    """A motion on the 21-joint skeleton: hips (frames, 3) in metres, local rotations (frames, 21, 4), at `fps` frames a second."""
+    """A motion on the 21-joint skeleton: hips (frames, 3) in metres, local rotations (frames, 21, 4), `fps` frames a second."""
 
     hips: np.ndarray
     rotations: np.ndarray

@@ -16,7 +16,8 @@ WINDOW = 16  # samples: i - 30, i - 28 .. i, the last half second
 LAYOUT_VERSION = "patchwalk-features-1"  # kept in weight files
 
 
-def features_from(positions: np.ndarray, rotations: np.ndarray, root_positions: np.ndarray, root_facing: np.ndarray) -> np.ndarray:
+def features_from(positions: np.ndarray, rotations: np.ndarray, root_positions: np.ndarray,
+                  root_facing: np.ndarray) -> np.ndarray:
     """Features (frames, 21, 15) of consecutive frames.
 
     positions (frames + STRIDE, 21, 3), rotations (frames + STRIDE, 21, 4) global, root_positions (.., 3), root_facing (..,):

@@ -134,7 +134,8 @@ def to_scipy(q: np.ndarray) -> Rotation:
 
 def from_euler(order: str, degrees: np.ndarray) -> np.ndarray:
     """Intrinsic Euler angles in degrees (..., 3), applied in BVH channel order such as 'ZXY' -> (..., 4)."""
-    return from_scipy(Rotation.from_euler(order.upper(), degrees.reshape(-1, len(order)), degrees=True)).reshape(*degrees.shape[:-1], 4)
+    turns = Rotation.from_euler(order.upper(), degrees.reshape(-1, len(order)), degrees=True)
+    return from_scipy(turns).reshape(*degrees.shape[:-1], 4)
 
 
 def to_euler(order: str, q: np.ndarray) -> np.ndarray:

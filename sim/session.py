@@ -1,4 +1,4 @@
-"""One frame of Patchwalk, from the command to the pose on the screen. Window, replay, tests and export all call `Session.step`."""
+"""One frame of Patchwalk, from the command to the pose on the screen: window, replay, tests and export call `Session.step`."""
 
 from dataclasses import dataclass
 from typing import Mapping, Protocol

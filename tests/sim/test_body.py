@@ -7,7 +7,18 @@ from scipy.spatial.transform import Rotation
 from sim import rotations as rot
 from sim.kinematics import forward_kinematics, to_global, to_local, two_bone_ik
 from sim.skeleton import (
-    ANCESTORS, BONE_OFFSETS, GROUPS, INDEX, JOINT_COUNT, MIRROR, PARENTS, PARTS, REST_HIPS_HEIGHT, TOE_HEIGHT, expand_part)
+    ANCESTORS,
+    BONE_OFFSETS,
+    GROUPS,
+    INDEX,
+    JOINT_COUNT,
+    MIRROR,
+    PARENTS,
+    PARTS,
+    REST_HIPS_HEIGHT,
+    TOE_HEIGHT,
+    expand_part,
+)
 from sim.springs import decay, spring_step, spring_travel
 
 RNG = np.random.default_rng(0)

@@ -33,7 +33,8 @@ def test_pace_makes_the_same_way_take_less_time():
 
 
 def test_mirroring_swaps_sides_and_undoes_itself():
-    clip = Clip(np.random.default_rng(1).normal(size=(5, 3)), rot.normalize(np.random.default_rng(2).normal(size=(5, JOINT_COUNT, 4))))
+    rng = np.random.default_rng(1)
+    clip = Clip(rng.normal(size=(5, 3)), rot.normalize(rng.normal(size=(5, JOINT_COUNT, 4))))
     np.testing.assert_allclose(clip.mirrored().positions()[:, MIRROR] * [-1, 1, 1], clip.positions(), atol=1e-9)
     np.testing.assert_allclose(clip.mirrored().mirrored().positions(), clip.positions(), atol=1e-9)
 
@@ -75,7 +76,7 @@ def test_features_do_not_depend_on_where_and_whither():
 
 def test_ring_buffer_makes_the_features_that_the_whole_clip_has():
     clip = walking_clip(100, yaw=0.3)
-    positions, rotations, root = clip.positions(), clip.global_rotations(), root_frame(clip.positions())
+    rotations, root = clip.global_rotations(), root_frame(clip.positions())
     ring = RingBuffer()
     for t in range(len(clip)):
         ring.push(Pose(root.positions[t], root.facing[t], clip.hips[t], rotations[t], np.ones(4), 0.0))

@@ -5,8 +5,7 @@ import pytest
 
 from sim.clip import FPS
 from sim.features import clip_features
-from sim.measures import (
-    SKATE_HEIGHT, VELOCITY_SECONDS, foot_skate, frechet_distance, horizontal_speed, jerk, pose_and_velocity)
+from sim.measures import SKATE_HEIGHT, VELOCITY_SECONDS, foot_skate, frechet_distance, horizontal_speed, jerk, pose_and_velocity
 from sim.skeleton import TOE_HEIGHT
 from tests.sim.walker import SPEED, walking_clip
 
