@@ -63,7 +63,7 @@ def test_hands_of_unstyled_arms_stay_beside_the_hips_when_the_spine_leans(bank, 
         hanging.append(pose.with_body(pose.hips, rotations))
     for styled, neutral in zip(stream(bank, hanging, {"spine": ("other", 1.0)}), hanging):
         moved = np.linalg.norm((styled.positions - styled.hips) - (neutral.positions - neutral.hips), axis=-1)
-        assert moved[[16, 20]].max() < 1e-6
+        assert moved[[16, 20]].max() < 1e-3
     assert moved[[13, 17]].min() > 0.03
 
 
