@@ -15,13 +15,15 @@ from controller.figures import Figure, between_halves, endurance, feet, likeness
 from controller.plots import save_plots
 from controller.real_clips import RealClips
 from controller.runtime import PhaseFunctionedController
-from controller.suite import LEAD_IN_SECONDS, RANDOM_SECONDS, WAIT, Motion, Played, follow, play, random_sticks, script, suite
+from controller.suite import (
+    LEAD_IN_SECONDS, RANDOM_SECONDS, WAIT, Motion, Played, Unstyled, follow, play, random_sticks, script, suite)
 from demo import cli
 from sim import bvh
 from sim import rotations as rot
 from sim.clip import FPS, Clip, RootFrame
 from sim.command import Command
 from sim.kinematics import forward_kinematics
+from sim.session import Session
 from sim.skeleton import BONE_OFFSETS, JOINT_COUNT, REST_HIPS_HEIGHT
 from tests.sim.walker import SPEED, planted_clip, walking_clip
 
@@ -203,6 +205,21 @@ def test_a_statue_stands_still_but_is_not_alive():
     assert figures["standing_alive_mm"].reached is False
 
 
+def test_a_stand_is_alive_from_half_of_what_the_real_ones_are():
+    def swaying(millimetres: float) -> Played:
+        take = glide(script((19, Command())))
+        time = np.arange(len(take.asked)) / FPS
+        take.locked.positions[120:, :, 0] += 1e-3 * millimetres * math.sqrt(2) * np.sin(2 * np.pi * time[120:, None])
+        return take
+
+    zero = np.zeros((JOINT_COUNT, 3))
+    real = RealClips([], [swaying(4.0).locked], zero, zero)
+    for millimetres, alive in ((1.9, False), (2.1, True)):
+        figure = standing(swaying(millimetres), real)["standing_alive_mm"]
+        assert figure.ours == pytest.approx(millimetres, rel=1e-3) and figure.reached is alive
+        assert figure.real == pytest.approx(4.0, rel=1e-3)
+
+
 def test_endurance_counts_what_breaks():
     walk = Command((0.0, 1.0))
     fine = endurance(glide(script((5, walk), (5, Command((1.0, 0.0))))), None)
@@ -211,6 +228,9 @@ def test_endurance_counts_what_breaks():
     assert endurance(stuck, None)["random_freezes_count"].ours == 1
     fast = glide(script((5, walk)), scale=1.6)
     assert endurance(fast, None)["random_runaways_count"].ours == 1
+    left_behind = glide(script((5, walk)))
+    left_behind.simulated[30:40] += 0.6
+    assert endurance(left_behind, None)["random_runaways_count"].ours == 1
     fast.locked.positions[7, 3] = np.nan
     assert endurance(fast, None)["random_nan_count"].ours == 3
 
@@ -246,6 +266,9 @@ def test_figures_know_whether_they_are_reached():
     assert Figure(1.0).reached is None and Figure(None, high=1.0).reached is False
     assert Figure(1.0, 2.0, None, 3.0).as_json() == {"ours": 1.0, "real": 2.0, "reach": [None, 3.0]}
     assert Figure(1.0).as_json()["reach"] is None
+    never = Figure(math.inf, None, None, 0.6).rounded()
+    assert never.ours is None and never.reached is False, "JSON knows no infinity"
+    assert Figure(1.23456, None, None, 3).rounded() == Figure(1.235, None, None, 3)
 
 
 # ---- real clips, the whole line, the command
@@ -278,11 +301,15 @@ def test_a_folder_without_clips_is_refused(tmp_path):
 
 @pytest.fixture(scope="module")
 def walked() -> Played:
-    return play(script((4, Command((0.0, 1.0)))), PhaseFunctionedController.from_pretrained())
+    standing = PhaseFunctionedController.from_pretrained()
+    play(script(), standing)  # leaves no trace in what is played next
+    return play(script((4, Command((0.0, 1.0)))), standing)
 
 
 def test_the_product_itself_is_what_is_played(walked):
     assert len(walked.neutral) == len(walked.locked) == len(walked.simulated) == len(walked.asked) == 300
+    first = Session(PhaseFunctionedController.from_pretrained(), Unstyled()).step(walked.script[0])
+    np.testing.assert_array_equal(walked.locked.positions[0], first.styled.positions)
     assert walked.neutral.root.positions[-1, 2] == pytest.approx(5.0, abs=0.4)
     moved = np.linalg.norm(walked.locked.positions - walked.neutral.positions, axis=-1)
     assert moved[:, 3].max() > 0.002 and moved.max() < 0.3, "the foot lock is at work"
