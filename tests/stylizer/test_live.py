@@ -58,7 +58,7 @@ def test_hands_of_unstyled_arms_stay_beside_the_hips_when_the_spine_leans(bank, 
         rotations = pose.rotations.copy()
         for joints, side in ((PARTS["left_arm"], -1), (PARTS["right_arm"], 1)):
             rotations[list(joints[1:])] = rot.from_axis_angle(np.array([0.0, 0, 1]), np.array(1.3 * side))
-            bend = rot.from_axis_angle(np.array([1.0, 0, 0]), np.array(-0.6))
+            bend = rot.from_axis_angle(np.array([1.0, 0, 0]), np.array(-1.4))
             rotations[list(joints[2:])] = rot.multiply(bend, rotations[joints[2]])
         hanging.append(pose.with_body(pose.hips, rotations))
     for styled, neutral in zip(stream(bank, hanging, {"spine": ("other", 1.0)}), hanging):
