@@ -98,6 +98,7 @@ def steering(played: Mapping[str, Played]) -> dict[str, Figure]:
     for gait in ("walk", "run"):
         stops = [_stretches(played[f"stop {gait} {instant}"])[2][0] for instant in range(INSTANTS)]
         result[f"stop_{gait}_s"] = Figure(max(map(time_until_still, stops)), None, None, 0.6)
+    # The simulated body waits for the character on its leash (controller.trajectory.LEASH): this one guards that.
     lead = max(_ahead(take).max() for take in played.values())
     result["simulated_body_ahead_max_cm"] = Figure(float(lead) * CENTI, None, None, 15.0)
     return result
