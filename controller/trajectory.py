@@ -3,7 +3,7 @@
 import numpy as np
 
 from controller.layout import FUTURE, OFFSETS, SAMPLE_STEP
-from controller.phase import label_gait
+from controller.phase import TURN_RADIUS, label_gait
 from sim import rotations as rot
 from sim.clip import FPS
 from sim.command import Command
@@ -14,6 +14,7 @@ VELOCITY_HALFLIFE = 0.14  # seconds
 FACING_HALFLIFE = 0.16  # seconds
 LEASH = 0.15  # metres that the simulated body may be ahead of the character
 FACING_LEASH = np.pi / 2
+CREEP = (0.05, 0.2)  # metres a second of the network's step under which a standing root stays, over which it goes
 STANDING_HALFLIFE = 0.2  # seconds in which a standing character's simulated body gives up half of its lead
 # tau of the blend 1 - (1 - u)^tau, u seconds ahead, from the network's own future to the wish (Holden et al. 2017)
 POSITION_BIAS, FACING_BIAS = 2.0, 3.0
@@ -53,7 +54,8 @@ class Trajectory:
         """Moves the root by the network's step (sideways, forward, turn) and keeps what it expects from there."""
         gait = label_gait(self.velocity, np.asarray(self.turn_rate))
         # Where the player and the network's own step both say stand, the root stays: a network never answers quite zero.
-        step = step * (1 - gait[0] * label_gait(step[:2] * FPS, step[2] * FPS)[0])
+        pace = FPS * max(np.linalg.norm(step[:2]), abs(step[2]) * TURN_RADIUS)
+        step = step * (1 - gait[0] * np.clip((CREEP[1] - pace) / (CREEP[1] - CREEP[0]), 0, 1))
         self.position = self.position + _turn(step[:2], self.facing)
         self.facing += step[2]
         self.expected_positions = self.position + _turn(future_positions, self.facing)

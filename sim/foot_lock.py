@@ -1,5 +1,7 @@
 """Keeps planted feet where they stand and every foot above the floor, by moving the hips a little and bending the legs."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from sim.clip import FPS
@@ -14,6 +16,9 @@ HIPS_HALFLIFE = 0.15  # seconds, for the hips' height
 CLEARANCE = 0.045  # metres: a lifted foot is as high as the neutral one, as far as this
 STANCE_HALFLIFE = 0.8  # seconds over which a styled foot's place is told from its stride
 LIFTED, PLANTED = 0.3, 0.6  # contact under which a foot is free and over which it is held
+STANDING_SECONDS = 0.35  # that both feet have been planted before one that is out of place takes a settling step
+OUT_OF_PLACE = 0.06  # metres
+SETTLING_SECONDS, SETTLING_HEIGHT = 0.35, 0.03  # how long a settling step takes, and how high in metres
 LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
 REACH = 0.99  # share of the leg's length that is used
@@ -33,20 +38,21 @@ class FootLock:
         self.height, self.height_rate = np.zeros(2), np.zeros(2)  # the vertical one
         self.hips, self.hips_rate = 0.0, 0.0
         self.lift, self.lift_rate = 0.0, 0.0
+        self.settling = _SettlingStep()
         self.stance = np.zeros((2, 3))  # where the style puts each foot beside the neutral one, in the character's facing
 
     def step(self, styled: Pose, neutral: Pose) -> Pose:
         """The styled pose with its feet in order. Joints keep their bones' length; arms and spine ride along unturned."""
-        contacts = neutral.contacts.reshape(2, 2)
+        contacts, raised = self.settling.step(neutral.contacts.reshape(2, 2), self.slip)
         clearance = self._clearance(styled, neutral)
         feet = styled.positions[CONTACT_JOINTS].reshape(2, 2, 3) + np.array([0.0, clearance, 0.0])
         feet += self._stride(styled, neutral)[:, None]
         neutral_low = neutral.positions[CONTACT_JOINTS, 1].reshape(2, 2).min(axis=1)
-        correction = self._plant(feet, contacts, neutral_low)
+        correction = self._plant(feet, contacts, neutral_low + raised)
         targets = feet[:, 0] + correction
         drop = self._drop(styled.positions[UP_LEG] + np.array([0.0, clearance, 0.0]), targets)
         body = styled.with_body(styled.hips + np.array([0.0, clearance - drop, 0.0]), styled.rotations)
-        return reach(body, LEGS, targets, KNEES_FORWARD, REACH)
+        return replace(reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.ravel())
 
     def _clearance(self, styled: Pose, neutral: Pose) -> float:
         """How far the body rises so that its lowest foot is as high over the floor as the neutral one's: crouch or tiptoe."""
@@ -92,6 +98,24 @@ class FootLock:
         wanted = float(np.clip(missing.max(), 0.0, LONGEST_DROP))
         self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, HIPS_HALFLIFE, DT)
         return self.hips
+
+
+class _SettlingStep:
+    """People who stop with a foot out of place shift it. After standing a moment, one foot at a time takes a small step."""
+
+    def __init__(self) -> None:
+        self.standing = 0.0  # seconds
+        self.left = np.zeros(2)  # seconds that each foot's step still takes
+
+    def step(self, contacts: np.ndarray, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Contacts (2, 2) without those of a stepping foot, and how high (2,) it is; slip (2, 3) tells what is out of place."""
+        self.standing = self.standing + DT if contacts.max(axis=1).min() > 0.9 else 0.0
+        self.left = np.maximum(self.left - DT, 0.0)
+        out = np.linalg.norm(slip, axis=1)
+        if self.standing > STANDING_SECONDS and not self.left.any() and out.max() > OUT_OF_PLACE:
+            self.left[out.argmax()] = SETTLING_SECONDS
+        raised = SETTLING_HEIGHT * np.sin(np.pi * self.left / SETTLING_SECONDS)
+        return contacts * (self.left == 0)[:, None], raised
 
 
 def _smooth_step(t: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ def arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
         "positions": stack(frame.styled.positions for frame in frames),
         "neutral_rotations": rot.continuous(stack(frame.neutral.local_rotations for frame in frames)),
         "rotations": rot.continuous(stack(frame.styled.local_rotations for frame in frames)),
-        "contacts": stack(frame.neutral.contacts for frame in frames),
+        "contacts": stack(frame.styled.contacts for frame in frames),
         "phase": stack(frame.neutral.phase for frame in frames),
         "root_position": stack(frame.neutral.root_position for frame in frames),
         "root_facing": stack(frame.neutral.root_facing for frame in frames),

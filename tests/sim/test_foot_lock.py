@@ -33,12 +33,23 @@ def test_planted_feet_do_not_slide_while_the_body_sways():
 
 
 def test_lifted_feet_come_back_to_where_the_motion_has_them():
-    poses = [standing(0.002 * t) for t in range(40)] + [standing(0.08, contacts=(0, 0, 0, 0)) for _ in range(60)]
+    poses = [standing(0.004 * t) for t in range(16)] + [standing(0.06, contacts=(0, 0, 0, 0)) for _ in range(60)]
     locked = run(poses)
-    held, free = (np.linalg.norm(locked[t].positions[3] - poses[t].positions[3]) for t in (39, 99))
+    held, free = (np.linalg.norm(locked[t].positions[3] - poses[t].positions[3]) for t in (15, 75))
     assert held > 0.05 and free < 0.001
     steps = np.diff([p.positions[3] for p in locked], axis=0)
     assert np.linalg.norm(steps, axis=1).max() < 0.02  # released, not snapped
+
+
+def test_a_foot_left_out_of_place_takes_a_step_once_the_character_stands():
+    poses = [standing(0.004 * t) for t in range(30)] + [standing(0.116) for _ in range(150)]
+    locked = run(poses)
+    apart = [np.linalg.norm((b.positions - a.positions)[[3, 7]], axis=-1) for a, b in zip(poses, locked)]
+    assert apart[30].min() > 0.08 and apart[-1].max() < 0.03
+    contacts = np.array([p.contacts for p in locked])
+    assert contacts.reshape(-1, 2, 2).max(axis=2).sum(axis=1).min() == 1  # one foot at a time, and it says so
+    lifted = max(p.positions[[4, 8], 1].max() for p in locked)
+    assert TOE_HEIGHT + 0.01 < lifted < TOE_HEIGHT + 0.05
 
 
 def test_nothing_sinks_under_the_floor_and_sunk_feet_rise():
