@@ -17,10 +17,11 @@ from sim.contacts import foot_contacts
 from sim.retarget import load_clip
 from sim.skeleton import CONTACT_JOINTS
 
-# Clips that a neutral walker should not learn from: not locomotion, or walks in a style of their own. Matched against the path.
+# Clips that a neutral walker should not learn from: not locomotion, walks in a style of their own, or captures whose feet are
+# broken (CMU 69_35, the ACCAD man's runs: a foot points backward, hips run at knee height). Matched against the path.
 NOT_NEUTRAL = re.compile(
     r"bandai-namco|Box|Lie|Crawl|Crouch|Skip|Hop|Leap|Jump|CartWheel|Random|Urban|Conversation|Wait|Look|Sway|Swing"
-    r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR")
+    r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR|69_35|Male1_C(0[3-9]|1)")
 HELD_OUT_SHARE = 0.1
 MINIMUM_SECONDS = 0.7
 # At which pace a clip is learned besides its own, by kind of movement: captured strafing and backing is leisurely and captured
