@@ -83,7 +83,8 @@ class Trainer:
         self.history: list[dict[str, float]] = []
         self.inputs, self.targets = torch.from_numpy(frames.inputs), torch.from_numpy(frames.targets)
         self.phase = torch.from_numpy(frames.phase)
-        self.split = {split: Starts(frames, frames.held_out == (split == "held_out")) for split in ("train", "held_out")}
+        learned = ~frames.held_out if not frames.held_out.all() else frames.held_out  # too few clips to hold any out
+        self.split = {"train": Starts(frames, learned), "held_out": Starts(frames, frames.held_out)}
         self.skeleton = Skeleton().to(self.device)
 
     def update(self, progress: float) -> dict[str, float]:

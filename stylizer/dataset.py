@@ -17,7 +17,8 @@ from sim.skeleton import INDEX, JOINT_COUNT, MIRROR, skeleton_hash
 
 STYLE_WINDOW = 32  # samples of a style clip in training: about one gait cycle
 CONTENT_SPAN = (WINDOW - 1) * STRIDE  # frames between the first and the last sample of a content window
-SHORTEST = CONTENT_SPAN + 3  # frames; shorter clips hold no window
+LATER = 7  # frames between a content window and the later one that sees the same instants again; odd
+SHORTEST = CONTENT_SPAN + LATER + 1  # frames; shorter clips hold no window
 UPRIGHT = 0.55  # metres; clips whose hips come lower (crawling, lying) are not what a standing character does
 MOVING = 0.4  # m/s; slower clips are gestures and idling, drawn less often
 STILL_SHARE = 0.5
@@ -94,7 +95,7 @@ def mirrored(features: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Batch:
-    """Windows (B, samples, 21, 15): `source` ends with the content window, `later` is that window one frame on."""
+    """Windows (B, samples, 21, 15): `source` ends with the content window, `later` is that window LATER frames on."""
 
     source: np.ndarray  # (B, STYLE_WINDOW, ...)
     later: np.ndarray  # (B, WINDOW, ...)
@@ -112,7 +113,7 @@ class MotionData:
         """Maps a finished pack into memory."""
         index = json.loads((Path(folder) / "clips.json").read_text())
         motion = np.memmap(Path(folder) / "motion.f16", np.float16, "r").reshape(-1, JOINT_COUNT, FEATURES)
-        return cls(motion, [PackedClip(**clip) for clip in index["clips"]], index["skipped"])
+        return cls(motion, [PackedClip(**clip) for clip in index["clips"] if clip["frames"] >= SHORTEST], index["skipped"])
 
     def split(self, held_out: bool) -> "MotionData":
         """The clips for training, or the held-out ones; a set too small to split serves as both."""
@@ -161,9 +162,9 @@ class Sampler:
         return Batch(np.stack(source), np.stack(later), np.stack([self._target(self.data.clips[i]) for i in targets]))
 
     def _source(self, clip: PackedClip) -> tuple[np.ndarray, np.ndarray]:
-        end = self.random.integers(CONTENT_SPAN, clip.frames - 1)
+        end = self.random.integers(CONTENT_SPAN, clip.frames - LATER)
         flip = mirrored if self.random.random() < 0.5 else np.asarray
-        return flip(self._window(clip, end, STYLE_WINDOW)), flip(self._window(clip, end + 1, WINDOW))
+        return flip(self._window(clip, end, STYLE_WINDOW)), flip(self._window(clip, end + LATER, WINDOW))
 
     def _target(self, clip: PackedClip) -> np.ndarray:
         flip = mirrored if self.random.random() < 0.5 else np.asarray

@@ -4,12 +4,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sim.features import LAYOUT, WINDOW
+from sim.features import LAYOUT, STRIDE, WINDOW
 from sim.skeleton import CONTACT_JOINTS, GROUPS, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
+from stylizer.dataset import LATER
 from stylizer.motion_puzzle import MotionPuzzle, PartStyle, mix_parts
 
 # Weight of each term; the live stylizer shows the last sample only, hence LAST_WEIGHT on the last two.
-WEIGHTS = {"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 1.5, "stream": 3.0}
+WEIGHTS = {"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 1.5, "stream": 1.5}
 LAST_WEIGHT = 5.0
 BODY = slice(LAYOUT["position"].start, LAYOUT["rotation"].stop)  # position and rotation
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics
@@ -19,7 +20,7 @@ LEGS = np.isin(PART_OF_JOINT, [PART_NAMES.index(part) for part in GROUPS["legs"]
 
 
 def losses(model: MotionPuzzle, source: Tensor, later: Tensor, target: Tensor, use_target: Tensor) -> dict[str, Tensor]:
-    """One training pass. source, target: (B, 32, 21, 15); later: (B, 16, 21, 15), the content window one frame on;
+    """One training pass. source, target: (B, 32, 21, 15); later: (B, 16, 21, 15), the content window LATER frames on;
     use_target: (5, B) bool, the parts that take the target's style (Alg. 1)."""
     source, later, target = map(model.normalize, (source, later, target))  # (21, B, T, 15)
     now = source[:, :, -WINDOW:]
@@ -36,14 +37,14 @@ def losses(model: MotionPuzzle, source: Tensor, later: Tensor, target: Tensor, u
     time = torch.ones(WINDOW, 1)
     time[-2:] = LAST_WEIGHT
     time = (time / time.mean()).to(now.device)
-    bend = _bend(now, later)
-    stream = (_bend(rebuilt, rebuilt_later) - bend).abs() + (_bend(restyled, restyled_later) - bend).abs()
+    newest = slice(-2, None)
+    known = _seen_later(restyled_later).detach()[:, :, newest]  # later, these samples lie well inside the window
     return {
         "reconstruction": ((output[:, :2 * size] - wanted).abs() * time).mean(),  # Eq. 15
         "root": ((restyled - now)[..., LAYOUT["root"]].abs() * time).mean(),  # Eq. 17
         "smoothness": (output[:, :2 * size] - wanted)[..., BODY].diff(dim=2).abs().mean(),  # Eq. 18, 19
         "posture": posture(restyled, now, source, target, use_target, model),
-        "stream": stream.mean(),
+        "stream": (restyled[:, :, newest] - known)[..., BODY].abs().mean(),
     }
 
 
@@ -72,10 +73,13 @@ def posture(restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, u
     return error.sum() / (chosen.sum() * error.shape[2]).clamp(min=1)
 
 
-def _bend(now: Tensor, later: Tensor) -> Tensor:
-    """Second differences, 1/60 s apart, of the newest poses as two windows a frame apart tell them in turn: what makes
-    the live stream jitter. (21, B, T, 15) twice -> (21, B, 4, 9)."""
-    return torch.stack([now[:, :, -3:, BODY], later[:, :, -3:, BODY]], dim=3).flatten(2, 3).diff(n=2, dim=2)
+def _seen_later(later: Tensor) -> Tensor:
+    """What a window that ends LATER frames on tells of this window's last samples: (21, B, T, 15) -> (.., T', 15).
+
+    LATER is odd, so its samples fall between ours: cubic interpolation, which keeps even and odd frames of a stream together."""
+    between = (9 * (later[:, :, 1:-2] + later[:, :, 2:-1]) - (later[:, :, :-3] + later[:, :, 3:])) / 16
+    after = (LATER - 1) // STRIDE - 1  # of those, the ones that lie after our last sample
+    return between[:, :, :-after] if after else between
 
 
 def _deviation(motion: Tensor) -> Tensor:

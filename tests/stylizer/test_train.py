@@ -10,7 +10,7 @@ from sim import bvh
 from sim.features import clip_features
 from stylizer import train as training
 from stylizer import weights
-from stylizer.dataset import MotionData, PackedClip, Sampler, mirrored, pack
+from stylizer.dataset import LATER, MotionData, PackedClip, Sampler, mirrored, pack
 from tests.sim.walker import walking_clip
 from tests.stylizer.conftest import TINY
 
@@ -57,7 +57,7 @@ def test_windows_end_where_they_should():
     sampler = Sampler(MotionData(motion, [PackedClip("a", "a", 0, 100, 1.0)], {}), seed=0)
     batch = sampler.batch(50)
     assert np.allclose(np.diff(np.abs(batch.later[:, :, 0, 1]), axis=1), 2)
-    assert np.allclose(batch.later[:, :, 0, 1], batch.source[:, -16:, 0, 1] + 1)
+    assert np.allclose(batch.later[:, :, 0, 1], batch.source[:, -16:, 0, 1] + LATER)
     assert batch.later[:, -1, 0, 1].max() <= 99
 
 
