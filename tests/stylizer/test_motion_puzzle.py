@@ -63,13 +63,15 @@ def test_what_a_later_window_tells_of_our_last_samples():
 def test_one_batch_is_learned():
     torch.manual_seed(0)
     model = MotionPuzzle(Config(16, (16, 16, 32)))
-    wave = torch.sin(torch.arange(36) * 0.4 + torch.randn(2, 21, 15, 1)).permute(0, 3, 1, 2)
+    shift = torch.randn(2, 1, 21, 15)
+    source, later = (torch.sin(0.2 * (end - STRIDE * torch.arange(samples - 1, -1, -1.0))[:, None, None] + shift)
+                     for end, samples in ((60, 32), (60 + LATER, 16)))
     target = torch.cos(torch.arange(32) * 0.4 + torch.randn(2, 21, 15, 1)).permute(0, 3, 1, 2) + 0.5
     chosen = torch.ones(5, 2, dtype=torch.bool)
     optimizer = torch.optim.Adam(model.parameters(), 5e-3)
     history = []
     for _ in range(50):
-        terms = losses(model, wave[:, :32], wave[:, 20:36], target, chosen)
+        terms = losses(model, source, later, target, chosen)
         assert terms.keys() == WEIGHTS.keys()
         history.append({name: value.item() for name, value in terms.items()})
         optimizer.zero_grad()
