@@ -11,9 +11,10 @@ from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT
 from sim.springs import decay, spring_step
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
-HEIGHT_HALFLIFE = 0.05  # seconds, for a foot's way to the floor
+HEIGHT_HALFLIFE = 0.04  # seconds, for a foot's way to the floor
 HIPS_HALFLIFE = 0.15  # seconds, for the hips' height
-CLEARANCE = 0.045  # metres: a lifted foot is as high as the neutral one, as far as this
+CLEARANCE = 0.045  # metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower
+SWING_SPEEDS = (0.4, 1.2)  # metres a second over the floor between which a lifted foot counts as swinging
 STANCE_HALFLIFE = 0.8  # seconds over which a styled foot's place is told from its stride
 LIFTED, PLANTED = 0.3, 0.6  # contact under which a foot is free and over which it is held
 STANDING_SECONDS = 0.35  # that both feet have been planted before one that is out of place takes a settling step
@@ -84,7 +85,9 @@ class FootLock:
 
         low = feet[:, :, 1].min(axis=1)
         to_floor = TOE_HEIGHT - low
-        to_clear = np.clip(neutral_low, TOE_HEIGHT, CLEARANCE) - low
+        speed = np.linalg.norm(against, axis=1) / DT
+        swinging = _smooth_step((speed - SWING_SPEEDS[0]) / (SWING_SPEEDS[1] - SWING_SPEEDS[0]))
+        to_clear = np.maximum(np.clip(neutral_low, TOE_HEIGHT, CLEARANCE), TOE_HEIGHT + swinging * (CLEARANCE - TOE_HEIGHT)) - low
         wanted = np.maximum(to_clear, 0.0) * (1 - planted[:, 0]) + to_floor * planted[:, 0]
         self.height, self.height_rate = spring_step(self.height, self.height_rate, wanted, HEIGHT_HALFLIFE, DT)
         up = np.maximum(self.height, to_floor - 0.5 * TOE_HEIGHT)  # the spring may lag, the floor may not be pierced
