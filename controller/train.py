@@ -32,7 +32,6 @@ LOSS_WEIGHTS = {"positions": 1.0, "velocities": 0.5, "rotations": 1.0, "root": 2
                 "future_positions": 0.5, "future_directions": 0.5, "contacts": 0.2}
 SKELETON_WEIGHT = 10.0  # per metre, on joints placed by the rotations alone: what is drawn
 HALF_PRECISION_UNTIL = 0.8  # share of the time that runs in bf16 where the chip multiplies it faster
-HEIGHT_WEIGHT = 20.0  # per metre, on ankles' and toes' height: a mean of many steps lifts no foot over the floor
 SLIDE_WEIGHT = 1.0  # per metre a second, on the way of ankles and toes over the floor from frame to frame
 PLANTED_WEIGHT = 5.0  # how much more that counts while the joint is planted
 CHECKPOINT_SECONDS = 180
@@ -128,12 +127,10 @@ class Trainer:
             joints, truth = self.skeleton(y), self.skeleton(target)
             losses = self.losses(y, target)
             losses["skeleton"] = (joints - truth).abs().mean()
-            losses["height"] = (joints - truth)[:, CONTACT_JOINTS, 1].abs().mean()
             slide = feet_way(y, before, joints) - feet_way(target, truth_before, truth)
             planted = 1 + (PLANTED_WEIGHT - 1) * target[:, OUTPUT_SLICES["contacts"], None]
             losses["slide"] = FPS * (slide.abs() * planted).mean()
-            losses["loss"] = losses["loss"] + SKELETON_WEIGHT * losses["skeleton"] + (
-                HEIGHT_WEIGHT * losses["height"] + SLIDE_WEIGHT * losses["slide"])
+            losses["loss"] = losses["loss"] + SKELETON_WEIGHT * losses["skeleton"] + SLIDE_WEIGHT * losses["slide"]
             before, truth_before = joints, truth
             for name, value in losses.items():
                 total[name] = total.get(name, 0) + value / length
