@@ -16,7 +16,18 @@ from controller.plots import save_plots
 from controller.real_clips import RealClips
 from controller.runtime import PhaseFunctionedController
 from controller.suite import (
-    LEAD_IN_SECONDS, RANDOM_SECONDS, WAIT, Motion, Played, Unstyled, follow, play, random_sticks, script, suite)
+    LEAD_IN_SECONDS,
+    RANDOM_SECONDS,
+    WAIT,
+    Motion,
+    Played,
+    Unstyled,
+    follow,
+    play,
+    random_sticks,
+    script,
+    suite,
+)
 from demo import cli
 from sim import bvh
 from sim import rotations as rot
