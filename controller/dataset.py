@@ -107,17 +107,29 @@ def _flat(parts: dict[str, np.ndarray], where: dict[str, slice], size: int) -> n
     return result
 
 
+def neutral_files(folder: Path) -> list[Path]:
+    """The BVH files under a folder, to any depth, that are not left out by their names."""
+    return [path for path in sorted(folder.rglob("*.bvh")) if not NOT_NEUTRAL.search(str(path.relative_to(folder)))]
+
+
+def load_neutral(path: Path) -> Clip:
+    """A clip that can be learned from. Raises OSError, or ValueError saying why it cannot be used."""
+    clip = load_clip(path)
+    if len(clip) < MINIMUM_SECONDS * FPS:
+        raise ValueError(f"{path.name}: shorter than {MINIMUM_SECONDS} s")
+    if not feet_can_be_trusted(clip):
+        raise ValueError(f"{path.name}: its planted feet are not level with the floor")
+    return clip
+
+
 def _load(path: Path) -> list[tuple[str, tuple]] | str:
-    """One file as itself and mirrored, or the reason why it cannot be used."""
+    """One file at all its paces, as itself and mirrored, or the reason why it cannot be used."""
     try:
-        clip = load_clip(path)
+        clip = load_neutral(path)
     except (ValueError, OSError) as error:
         return str(error)
-    if len(clip) < MINIMUM_SECONDS * FPS:
-        return f"{path.name}: shorter than {MINIMUM_SECONDS} s"
-    if not feet_can_be_trusted(clip):
-        return f"{path.name}: its planted feet are not level with the floor"
-    return [(path.stem, frames_of(c)) for pace in PACES[kind_of(clip)] for c in (clip.paced(pace), clip.paced(pace).mirrored())]
+    paced = [clip.paced(pace) for pace in PACES[kind_of(clip)]]
+    return [(path.stem, frames_of(side)) for one in paced for side in (one, one.mirrored())]
 
 
 def kind_of(clip: Clip) -> str:
@@ -142,9 +154,8 @@ def feet_can_be_trusted(clip: Clip) -> bool:
 
 def load_folder(folder: Path, workers: int = 2) -> Frames:
     """All neutral locomotion under a folder of BVH files. Raises ValueError if nothing in it can be used."""
-    paths = [p for p in sorted(folder.rglob("*.bvh")) if not NOT_NEUTRAL.search(str(p.relative_to(folder)))]
     with ProcessPoolExecutor(workers) as pool:
-        loaded = list(pool.map(_load, paths, chunksize=4))
+        loaded = list(pool.map(_load, neutral_files(folder), chunksize=4))
     refused = [reason for reason in loaded if isinstance(reason, str)]
     for reason in refused:
         print(f"skipped {reason}", file=sys.stderr)

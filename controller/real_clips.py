@@ -5,11 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.dataset import MINIMUM_SECONDS, NOT_NEUTRAL, feet_can_be_trusted, is_held_out
+from controller.dataset import is_held_out, load_neutral, neutral_files
 from controller.measures import STILL, joint_angles, spells
 from controller.suite import Motion
-from sim.clip import FPS
-from sim.retarget import load_clip
 
 IDLE_SECONDS = 2.0  # the shortest stand that counts as idling
 IDLE_TURN = 0.3  # radians a second over which a standing character is turning
@@ -30,14 +28,10 @@ class RealClips:
         """Every neutral clip under a folder of BVH files, but those that training skips. Raises ValueError where that
         leaves nothing to measure against."""
         held_out, idle, ranges = [], [], []
-        for path in sorted(folder.rglob("*.bvh")):
-            if NOT_NEUTRAL.search(str(path.relative_to(folder))):
-                continue
+        for path in neutral_files(folder):
             try:
-                clip = load_clip(path)
+                clip = load_neutral(path)
             except (ValueError, OSError):
-                continue
-            if len(clip) < MINIMUM_SECONDS * FPS or not feet_can_be_trusted(clip):
                 continue
             motion = Motion.of_clip(clip)
             idle += [motion[stretch] for stretch in spells(is_idle(motion), IDLE_SECONDS)]

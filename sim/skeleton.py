@@ -41,7 +41,6 @@ ANCESTORS = np.eye(JOINT_COUNT)
 for _joint in range(1, JOINT_COUNT):
     ANCESTORS[_joint] += ANCESTORS[PARENTS[_joint]]
 
-HEIGHT = 1.75  # metres, floor to the top of the head in the rest pose
 TOE_HEIGHT = 0.02  # metres, a toe joint's height above the floor while the foot is flat
 ANKLE_HEIGHT = TOE_HEIGHT - BONE_OFFSETS[INDEX["LeftToe"], 1]
 REST_HIPS_HEIGHT = TOE_HEIGHT - sum(

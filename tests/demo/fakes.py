@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pygame
+import pytest
 
+from demo.window import NoDisplay, NoGL, Window, open_window
 from sim import rotations as rot
 from sim.command import Command
 from sim.kinematics import to_global
@@ -80,3 +82,11 @@ def fake_session() -> Session:
 def key(name: str, down: bool = True) -> pygame.event.Event:
     """The event of a key going down or up, by pygame's name of it."""
     return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=pygame.key.key_code(name), mod=0)
+
+
+def offscreen(size: tuple[int, int]) -> Window:
+    """A window that nobody sees; where there is no OpenGL the test is skipped, with the reason."""
+    try:
+        return open_window(size, visible=False)
+    except (NoGL, NoDisplay) as error:
+        pytest.skip(f"no pictures on this machine: {error}")

@@ -9,9 +9,8 @@ import pytest
 from demo import panels
 from demo.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
 from demo.style_choice import StyleChoice
-from demo.window import NoDisplay, NoGL, open_window
 from sim import recording
-from tests.demo.fakes import BENDS, fake_session, key
+from tests.demo.fakes import BENDS, fake_session, key, offscreen
 
 SIZE = (320, 180)
 STYLES = tuple(BENDS)
@@ -41,11 +40,7 @@ class Clock:
 @pytest.fixture
 def screen(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    try:
-        opened = open_window(SIZE, visible=False)
-    except (NoGL, NoDisplay) as error:
-        pytest.skip(f"no pictures on this machine: {error}")
-    with opened:
+    with offscreen(SIZE) as opened:
         yield opened
 
 

@@ -19,7 +19,7 @@ from sim.command import Command
 from sim.pose import Pose
 from sim.session import Frame
 from sim.skeleton import JOINT_COUNT, REST_HIPS_HEIGHT
-from tests.demo.fakes import fake_session
+from tests.demo.fakes import fake_session, offscreen
 
 SIZE = (320, 180)
 GOLDEN = Path(__file__).parents[1] / "golden" / "walk_320x180.png"
@@ -146,11 +146,7 @@ def test_an_old_opengl_is_refused(monkeypatch):
 
 @pytest.fixture
 def screen():
-    try:
-        opened = open_window(SIZE, visible=False)
-    except (NoGL, NoDisplay) as error:
-        pytest.skip(f"no pictures on this machine: {error}")
-    with opened:
+    with offscreen(SIZE) as opened:
         yield opened
         from OpenGL import GL
         assert GL.glGetError() == GL.GL_NO_ERROR
