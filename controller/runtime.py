@@ -1,5 +1,7 @@
 """The controller at run time: one frame from the player's command to a neutral pose."""
 
+import copy
+
 import numpy as np
 import torch
 
@@ -28,7 +30,13 @@ class PhaseFunctionedController:
         self.idle = Idle(network.idle.numpy().astype(float))
         for _ in range(SETTLE_FRAMES):
             self.step(Command())
+        self._settled = copy.deepcopy((self.phase, self.body, self.idle))
+        self.restart()
+
+    def restart(self) -> None:
+        """Back to standing, settled, at the start point, as when it was made."""
         self.trajectory = Trajectory()
+        self.phase, self.body, self.idle = copy.deepcopy(self._settled)
 
     @classmethod
     def from_pretrained(cls, name: str = weights.MODEL) -> "PhaseFunctionedController":

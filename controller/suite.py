@@ -119,6 +119,9 @@ class Unstyled:
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping) -> Pose:
         return neutral
 
+    def restart(self) -> None:
+        """Nothing is remembered."""
+
 
 def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[], object] = lambda: None) -> Played:
     """The script through a new session, from how a new controller stands; that one is left as it is. `tick` is called

@@ -17,6 +17,9 @@ class Controller(Protocol):
 
     def step(self, command: Command) -> Pose: ...
 
+    def restart(self) -> None:
+        """Back to before the first step: the same commands give the same poses again, bit for bit."""
+
 
 class Stylizer(Protocol):
     """Restyles the newest frame of a half-second window."""
@@ -24,6 +27,9 @@ class Stylizer(Protocol):
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, tuple[str, float]]) -> Pose:
         """window: features (16, 21, 15) ending with `neutral`; style: part -> (style name, strength).
         Raises ValueError for a style that the bank does not hold."""
+
+    def restart(self) -> None:
+        """Back to before the first step, as a Controller's."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +48,15 @@ class Session:
         self.controller = controller
         self.stylizer = stylizer
         self.latency = latency or Latency()
-        self.history = RingBuffer()
-        self.foot_lock = FootLock()
+        self.history, self.foot_lock = RingBuffer(), FootLock()
+
+    def restart(self) -> None:
+        """Back to standing at the start point, as a new session would with the same models, and at once.
+
+        A recording that begins here replays to the same poses; the latency report runs on."""
+        self.controller.restart()
+        self.stylizer.restart()
+        self.history, self.foot_lock = RingBuffer(), FootLock()
 
     def step(self, command: Command) -> Frame:
         """command -> controller -> ring buffer -> stylizer -> foot lock -> frame."""

@@ -41,8 +41,7 @@ class LiveStylizer:
 
     def __init__(self, bank: Bank) -> None:
         self.bank = bank
-        self.parts = [_Part() for _ in PART_NAMES]
-        self.turns = _Turns()
+        self.restart()
         self._stacked: tuple[tuple[str, ...], dict[int, PartStyle]] | None = None
 
     @classmethod
@@ -56,6 +55,11 @@ class LiveStylizer:
     def styles(self) -> tuple[str, ...]:
         """The names of all styles in the bank."""
         return self.bank.names
+
+    def restart(self) -> None:
+        """Back to before the first step: nothing is worn."""
+        self.parts = [_Part() for _ in PART_NAMES]
+        self.turns = _Turns()
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, tuple[str, float]]) -> Pose:
         """window: features (16, 21, 15) ending with `neutral`; style: part -> (style name, strength 0 .. 1.5).

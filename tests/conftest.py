@@ -14,6 +14,9 @@ class FakeController:
     """Glides in the rest pose as fast as the stick asks, facing where it goes; no foot is ever planted."""
 
     def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
         self.position, self.facing, self.frame = np.zeros(3), 0.0, 0
 
     def step(self, command) -> Pose:
@@ -38,6 +41,9 @@ class FakeStylizer:
             turn = rot.from_axis_angle(np.array([0.0, 0.0, 1.0]), strength / 2)
             rotations[list(PARTS[part])] = rot.multiply(rotations[list(PARTS[part])], turn)
         return neutral.with_body(neutral.hips, rotations)
+
+    def restart(self) -> None:
+        pass
 
 
 def fake_session(stylizer=None, latency=None) -> Session:

@@ -72,6 +72,16 @@ def test_two_controllers_given_the_same_input_agree_bit_for_bit():
         assert a.phase == b.phase
 
 
+def test_a_restarted_controller_is_a_new_one_bit_for_bit():
+    controller = PhaseFunctionedController.from_pretrained()
+    script = [Command(FORWARD, gait="run")] * 30 + [Command()] * 10
+    first = [controller.step(command) for command in script]
+    controller.restart()
+    for a, b in zip(first, (controller.step(command) for command in script)):
+        np.testing.assert_array_equal(a.positions, b.positions)
+        assert a.phase == b.phase
+
+
 def test_the_simulated_body_stays_on_its_leash_and_gets_up_to_speed():
     trajectory = Trajectory()
     for _ in range(30):

@@ -24,6 +24,9 @@ class Walker:
     """Goes where the stick points and swings legs and arms as sines of a phase that advances with the way."""
 
     def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
         self.position, self.velocity, self.facing, self.phase = np.zeros(3), np.zeros(2), 0.0, 0.0
 
     def step(self, command: Command) -> Pose:
@@ -72,6 +75,9 @@ class Bender:
             bend = rot.from_axis_angle(X, np.array(BENDS[name] * strength * 0.5))
             local[joints] = rot.multiply(local[joints], np.tile(bend, (len(joints), 1)))
         return neutral.with_body(neutral.hips, to_global(local))
+
+    def restart(self) -> None:
+        pass
 
 
 def fake_session() -> Session:

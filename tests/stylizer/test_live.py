@@ -35,6 +35,18 @@ def turn(a, b):
     return np.linalg.norm(rot.to_rotation_vector(rot.multiply(a.rotations, rot.inverse(b.rotations))), axis=-1)
 
 
+def test_a_restarted_stylizer_is_a_new_one_bit_for_bit(bank, walk):
+    stylizer, streams = LiveStylizer(bank), []
+    for _ in range(2):
+        stylizer.restart()
+        history, styled = RingBuffer(), []
+        for pose in walk[:30]:
+            history.push(pose)
+            styled.append(stylizer.step(history.window(), pose, {"spine": ("other", 1.0)}).rotations)
+        streams.append(styled)
+    np.testing.assert_array_equal(*streams)
+
+
 def test_unstyled_is_the_neutral_pose_itself(bank, walk):
     assert all(a is b for a, b in zip(stream(bank, walk[:5], {}), walk))
     assert all(a is b for a, b in zip(stream(bank, walk[:5], {"spine": ("other", 0.0)}), walk))
