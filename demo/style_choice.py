@@ -3,7 +3,7 @@
 from typing import Mapping, Sequence
 
 from demo.bindings import PARTS_BY_NUMBER
-from sim.recording import MAX_STRENGTH
+from sim.worn import MAX_STRENGTH
 from sim.skeleton import PART_NAMES, expand_part
 
 STEP = 0.1

@@ -3,7 +3,7 @@
 from difflib import get_close_matches
 from typing import Collection, Iterable
 
-from sim.recording import MAX_STRENGTH
+from sim.worn import MAX_STRENGTH
 from sim.skeleton import expand_part
 
 

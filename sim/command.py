@@ -5,6 +5,8 @@ from typing import Mapping
 
 import numpy as np
 
+from sim.worn import Worn
+
 GAIT_SPEEDS = {"walk": 1.3, "run": 3.0}  # metres a second at full stick
 
 
@@ -15,13 +17,14 @@ class Command:
     move: (x, z) stick, length at most 1, (0, 0) to stand.
     face: (x, z) wanted facing direction, or None to face where it goes.
     gait: a name of GAIT_SPEEDS.
-    style: body part name -> (style name, strength 0 .. 1.5), for the parts that are restyled; the others keep their own style.
+    style: body part name -> (style name, strength 0 .. 1.5) or (style name, strength, other style, share 0 .. 1 of the way
+        to the other), for the parts that are restyled; the others keep their own style.
     """
 
     move: tuple[float, float] = (0.0, 0.0)
     face: tuple[float, float] | None = None
     gait: str = "walk"
-    style: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    style: Mapping[str, Worn] = field(default_factory=dict)
 
     @property
     def desired_velocity(self) -> np.ndarray:

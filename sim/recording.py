@@ -8,12 +8,12 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Iterator
 
+from sim import worn
 from sim.clip import FPS
 from sim.command import GAIT_SPEEDS, Command
-from sim.skeleton import expand_part
+from sim.worn import is_number, shown
 
 HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
-MAX_STRENGTH = 1.5
 MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
 STICK_TOLERANCE = 1e-6  # how far rounding may push a full stick past length 1
 
@@ -84,7 +84,8 @@ class Recording:
     @property
     def styles(self) -> tuple[str, ...]:
         """The names of the styles it asks for, each once, in the order they appear."""
-        return tuple(dict.fromkeys(name for _, command in self.changes for name, _ in command.style.values()))
+        return tuple(dict.fromkeys(name for _, command in self.changes for wears in command.style.values()
+                                   for name in worn.names(wears)))
 
 
 def read(path: str | Path) -> Recording:
@@ -124,7 +125,7 @@ def _encode(command: Command) -> dict:
     return {"move": [float(v) for v in command.move],
             "face": None if command.face is None else [float(v) for v in command.face],
             "gait": command.gait,
-            "style": {part: [name, float(strength)] for part, (name, strength) in command.style.items()}}
+            "style": worn.encode(command.style)}
 
 
 def _parse(line: bytes) -> dict:
@@ -156,14 +157,14 @@ def _check_header(line: bytes) -> None:
         raise ValueError(f"this is no recording; one starts with {json.dumps(HEADER)}")
     for name in ("version", "fps"):
         if header.get(name) != HEADER[name]:
-            raise ValueError(f"{name} is {_shown(header.get(name))}, but only {HEADER[name]} can be played")
+            raise ValueError(f"{name} is {shown(header.get(name))}, but only {HEADER[name]} can be played")
 
 
 def _frame_of(entry: dict, after: int) -> int:
     """The frame number of a line; the line before it was at frame `after`."""
     frame = entry.get("frame")
     if type(frame) is not int or not 0 <= frame <= MAX_FRAMES:
-        raise ValueError(f"frame is {_shown(frame)}, but must be a whole number from 0 to {MAX_FRAMES}")
+        raise ValueError(f"frame is {shown(frame)}, but must be a whole number from 0 to {MAX_FRAMES}")
     if frame <= after:
         raise ValueError(f"frame {frame} does not come after frame {after}; frames must increase from line to line")
     return frame
@@ -171,7 +172,7 @@ def _frame_of(entry: dict, after: int) -> int:
 
 def _is_end(entry: dict) -> bool:
     if entry.get("end", True) is not True:
-        raise ValueError(f"end is {_shown(entry['end'])}, but can only be true")
+        raise ValueError(f"end is {shown(entry['end'])}, but can only be true")
     return "end" in entry
 
 
@@ -184,14 +185,14 @@ def _fields_of(entry: dict, command: Command) -> dict:
         elif name not in ("frame", "end"):
             near = get_close_matches(name, _READERS, 1)
             hint = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(_READERS)}"
-            raise ValueError(f"unknown field {_shown(name)}: {hint}")
+            raise ValueError(f"unknown field {shown(name)}: {hint}")
     return result
 
 
 def _read_move(value, _: Command) -> tuple[float, float]:
     move = _pair("move", value)
     if math.hypot(*move) > 1 + STICK_TOLERANCE:
-        raise ValueError(f"move is {_shown(value)}, longer than 1, the full stick; scale it down")
+        raise ValueError(f"move is {shown(value)}, longer than 1, the full stick; scale it down")
     return move
 
 
@@ -206,29 +207,12 @@ def _read_face(value, _: Command) -> tuple[float, float] | None:
 
 def _read_gait(value, _: Command) -> str:
     if not isinstance(value, str) or value not in GAIT_SPEEDS:
-        raise ValueError(f"gait is {_shown(value)}, but must be one of {', '.join(GAIT_SPEEDS)}")
+        raise ValueError(f"gait is {shown(value)}, but must be one of {', '.join(GAIT_SPEEDS)}")
     return value
 
 
-def _read_style(value, command: Command) -> dict[str, tuple[str, float]]:
-    """Only the parts that change; null returns a part to its own style. A group such as `arms` stands for its parts."""
-    if not isinstance(value, dict):
-        raise ValueError(f'style is {_shown(value)}, but must look like {{"left_arm": ["old", 1.0], "spine": null}}')
-    style = dict(command.style)
-    for target, wanted in value.items():
-        for part in expand_part(target):
-            style.pop(part, None)
-            if wanted is not None:
-                style[part] = _style_of(target, wanted)
-    return style
-
-
-def _style_of(target: str, wanted) -> tuple[str, float]:
-    if not (isinstance(wanted, list) and len(wanted) == 2 and isinstance(wanted[0], str) and _is_number(wanted[1])):
-        raise ValueError(f'the style of {target} is {_shown(wanted)}, but must be ["NAME", STRENGTH] or null')
-    if not 0 <= wanted[1] <= MAX_STRENGTH:
-        raise ValueError(f"the strength of {target} is {wanted[1]}, but must lie in 0 .. {MAX_STRENGTH}")
-    return wanted[0], float(wanted[1])
+def _read_style(value, command: Command) -> dict[str, worn.Worn]:
+    return worn.decode(value, command.style)
 
 
 _READERS = {"move": _read_move, "face": _read_face, "gait": _read_gait, "style": _read_style}
@@ -236,17 +220,6 @@ _READERS = {"move": _read_move, "face": _read_face, "gait": _read_gait, "style":
 
 def _pair(name: str, value) -> tuple[float, float]:
     """A list of two finite numbers."""
-    if not (isinstance(value, list) and len(value) == 2 and all(map(_is_number, value))):
-        raise ValueError(f"{name} is {_shown(value)}, but must be two numbers [x, z]")
+    if not (isinstance(value, list) and len(value) == 2 and all(map(is_number, value))):
+        raise ValueError(f"{name} is {shown(value)}, but must be two numbers [x, z]")
     return float(value[0]), float(value[1])
-
-
-def _is_number(value) -> bool:
-    """A finite number; JSON as Python reads it also knows NaN and Infinity."""
-    return type(value) in (int, float) and abs(value) < 1e9
-
-
-def _shown(value) -> str:
-    """A value as JSON, cut to a length that fits in a sentence."""
-    text = json.dumps(value)
-    return text if len(text) <= 40 else text[:37] + "..."

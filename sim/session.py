@@ -10,6 +10,7 @@ from sim.foot_lock import FootLock
 from sim.latency import Latency
 from sim.pose import Pose
 from sim.ring_buffer import RingBuffer
+from sim.worn import Worn
 
 
 class Controller(Protocol):
@@ -24,8 +25,8 @@ class Controller(Protocol):
 class Stylizer(Protocol):
     """Restyles the newest frame of a half-second window."""
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, tuple[str, float]]) -> Pose:
-        """window: features (16, 21, 15) ending with `neutral`; style: part -> (style name, strength).
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
+        """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn).
         Raises ValueError for a style that the bank does not hold."""
 
     def restart(self) -> None:

@@ -16,7 +16,7 @@ EXAMPLE = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
 {"frame": 600, "end": true}
 """
 COMMANDS = [Command((0.1 + 0.2, -1 / 3), (1e-3, 0.9), "run", {"spine": ("old", 1 / 7)})] * 3 \
-    + [Command()] * 200 + [Command(style={"left_arm": ("proud", strength)}) for strength in (1.5, 1.5, 0.0)]
+    + [Command(style={"spine": ("old", 0.9, "proud", 1 / 3)})] * 2 + [Command()] * 200 + [Command(style={"left_arm": ("proud", strength)}) for strength in (1.5, 1.5, 0.0)]
 
 
 @pytest.fixture
@@ -55,6 +55,13 @@ def test_random_sticks_round_trip(tmp_path):
         for command in commands:
             recorder.write(command)
     assert list(read(tmp_path / "r.jsonl")) == commands
+
+
+def test_a_blend_of_two_styles(write):
+    recording = read(write(lines({"frame": 0, "style": {"arms": ["old", 1, "proud", 0.4]}}, {"frame": 1, "end": True})))
+    (command,) = recording
+    assert command.style == dict.fromkeys(("left_arm", "right_arm"), ("old", 1.0, "proud", 0.4))
+    assert recording.styles == ("old", "proud")
 
 
 def test_only_changes_are_written(tmp_path):
@@ -150,6 +157,8 @@ START = {"frame": 0}
     (lines({"frame": 0, "style": {"spine": ["old", 1.6]}}), 2, "0 .. 1.5"),
     (lines({"frame": 0, "style": {"spine": ["old", -0.1]}}), 2, "0 .. 1.5"),
     (lines({"frame": 0, "style": {"spine": ["old", float("nan")]}}), 2, "the style of spine"),
+    (lines({"frame": 0, "style": {"spine": ["old", 1, "proud"]}}), 2, '["NAME", STRENGTH, "OTHER", SHARE]'),
+    (lines({"frame": 0, "style": {"spine": ["old", 1, "proud", 1.1]}}), 2, "the share of spine is 1.1"),
 ])
 def test_bad_recordings(write, text, number, said):
     with pytest.raises(ValueError, match=f"line {number}: ") as error:
