@@ -3,8 +3,8 @@
 from typing import Mapping, Sequence
 
 from demo.bindings import PARTS_BY_NUMBER
-from sim.worn import MAX_STRENGTH
 from sim.skeleton import PART_NAMES, expand_part
+from sim.worn import MAX_STRENGTH
 
 STEP = 0.1
 OWN = "own style"

@@ -3,8 +3,8 @@
 from difflib import get_close_matches
 from typing import Collection, Iterable
 
-from sim.worn import MAX_STRENGTH
 from sim.skeleton import expand_part
+from sim.worn import MAX_STRENGTH
 
 
 def parse_style(text: str) -> tuple[tuple[str, ...], str, float]:

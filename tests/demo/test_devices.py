@@ -10,8 +10,8 @@ from demo.devices import Devices
 from demo.live import Live
 from demo.style_choice import OWN, StyleChoice
 from sim.command import Command
-from sim.worn import MAX_STRENGTH
 from sim.skeleton import GROUPS, PART_NAMES
+from sim.worn import MAX_STRENGTH
 from tests.demo.fakes import key
 from tests.demo.virtual_pad import VirtualPad
 

@@ -15,8 +15,9 @@ EXAMPLE = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
 {"frame": 300, "move": [1.0, 0.0], "face": [0.0, 1.0], "gait": "run"}
 {"frame": 600, "end": true}
 """
-COMMANDS = [Command((0.1 + 0.2, -1 / 3), (1e-3, 0.9), "run", {"spine": ("old", 1 / 7)})] * 3 \
-    + [Command(style={"spine": ("old", 0.9, "proud", 1 / 3)})] * 2 + [Command()] * 200 + [Command(style={"left_arm": ("proud", strength)}) for strength in (1.5, 1.5, 0.0)]
+BLEND = {"spine": ("old", 0.9, "proud", 1 / 3)}
+COMMANDS = [Command((0.1 + 0.2, -1 / 3), (1e-3, 0.9), "run", {"spine": ("old", 1 / 7)})] * 3 + [Command(style=BLEND)] * 2 \
+    + [Command()] * 200 + [Command(style={"left_arm": ("proud", strength)}) for strength in (1.5, 1.5, 0.0)]
 
 
 @pytest.fixture
