@@ -14,15 +14,15 @@ KNEES_FORWARD, ELBOWS_BACK = 1.0, -1.0
 
 
 def reach(pose: Pose, limbs: tuple[np.ndarray, ...], targets: np.ndarray, bend: float, share: float) -> Pose:
-    """The pose with the ends of both limbs moved to (2, 3) world metres; hands and feet keep their attitude.
+    """The pose with the ends of both limbs moved to (..., 2, 3) world metres; hands and feet keep their attitude.
 
     limbs: LEGS or ARMS. bend: which way a straight limb bends, KNEES_FORWARD or ELBOWS_BACK. share: of the limb's length that
     is used at most."""
     upper, lower, end = limbs
     p = pose.positions
-    pole = bend * np.array([np.sin(pose.root_facing), 0.0, np.cos(pose.root_facing)])
-    turn_upper, turn_lower = two_bone_ik(p[upper], p[lower], p[end], targets, pole, share)
+    pole = bend * rot.rotate(rot.from_yaw(pose.root_facing), np.array([0.0, 0.0, 1.0]))[..., None, :]
+    turn_upper, turn_lower = two_bone_ik(p[..., upper, :], p[..., lower, :], p[..., end, :], targets, pole, share)
     rotations = pose.rotations.copy()
-    rotations[upper] = rot.multiply(turn_upper, rotations[upper])
-    rotations[lower] = rot.multiply(turn_lower, rotations[lower])
+    for joint, turn in ((upper, turn_upper), (lower, turn_lower)):
+        rotations[..., joint, :] = rot.multiply(turn, rotations[..., joint, :])
     return pose.with_body(pose.hips, rotations)

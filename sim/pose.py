@@ -11,7 +11,7 @@ from sim.kinematics import forward_kinematics, to_local
 
 @dataclass(frozen=True)
 class Pose:
-    """The whole body at one instant, in world axes.
+    """The whole body at one instant, in world axes; with a leading axis on every field, many instants at once.
 
     root_position: (3,) metres on the floor; root_facing: yaw in radians (the character's own ground frame).
     hips: (3,) metres, the Hips joint. rotations: (21, 4) global rotations.

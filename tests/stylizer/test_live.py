@@ -101,6 +101,30 @@ def test_switching_styles_does_not_pop(bank, walk):
     assert turn(switching[-1], steady[1][-1])[joints].max() < 0.05 * apart
 
 
+def test_a_blend_of_two_styles_goes_from_the_first_to_the_other(bank, walk):
+    def blended(share):
+        return stream(bank, walk[:60], {"left_arm": ("neutral", 1.0, "other", share)})
+
+    pure = [stream(bank, walk[:60], {"left_arm": (name, 1.0)}) for name in ("neutral", "other")]
+    for share, same in zip((0.0, 1.0), pure):
+        assert all(np.array_equal(a.rotations, b.rotations) for a, b in zip(blended(share), same))
+    way = [[turn(blended(share)[-1], end[-1])[13:17].sum() for end in pure] for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    assert np.all(np.diff(way, axis=0) * (1, -1) > 0), "farther from the first, nearer to the other"
+
+
+def test_a_share_that_changes_glides(bank, walk):
+    def worn(frame):
+        return {"left_arm": ("neutral", 1.0, "other", float(frame >= 45)) if frame < 70 else ("neutral", 1.0)}
+
+    changing, pure = stream(bank, walk, worn), [stream(bank, walk, {"left_arm": (name, 1.0)}) for name in ("neutral", "other")]
+    apart = turn(pure[0][45], pure[1][45])[13:17].max()
+    steps = [turn(changing[i], changing[i - 1])[13:17].max() - turn(pure[0][i], pure[0][i - 1])[13:17].max()
+             for i in range(40, 90)]
+    assert apart > 0.01 and max(steps) < 0.25 * apart
+    assert turn(changing[69], pure[1][69])[13:17].max() < 0.1 * apart
+    assert turn(changing[89], pure[0][89])[13:17].max() < 0.1 * apart
+
+
 def test_two_replays_are_equal_bit_for_bit(bank, walk):
     style = {"spine": ("other", 1.2), "left_leg": ("neutral", 0.7)}
     for a, b in zip(stream(bank, walk[:20], style), stream(bank, walk[:20], style)):

@@ -1,0 +1,51 @@
+"""What is taken from the network's answer: a turn for each joint and a shift of the hips, put on top of the content.
+
+They are rows (..., 22, 3): a rotation vector a joint, then the hips' shift on the floor in metres, in the character's own
+frame. Rows may be scaled, smoothed and added; zero rows change nothing, so unstyled parts pass through untouched."""
+
+import numpy as np
+
+from sim import rotations as rot
+from sim.features import LAYOUT, rotations_of
+from sim.limbs import ARMS, ELBOWS_BACK, reach
+from sim.pose import Pose
+from sim.skeleton import INDEX, JOINT_COUNT, PART_OF_JOINT
+
+HIPS_ROW = JOINT_COUNT
+PART_OF_ROW = np.append(PART_OF_JOINT, PART_OF_JOINT[INDEX["Hips"]])
+ARM_REACH = 0.999  # share of an arm's length that is used
+SHOULDERS = np.array([INDEX["LeftShoulder"], INDEX["RightShoulder"]])  # their place is the spine's doing alone
+ARM_PARTS = PART_OF_JOINT[SHOULDERS]
+
+
+def asked(styled: np.ndarray, content: np.ndarray) -> np.ndarray:
+    """Rows (..., 22, 3) that lead from the content's features (..., 21, 15) to the styled ones."""
+    rows = np.zeros((*styled.shape[:-2], len(PART_OF_ROW), 3))
+    rows[..., :HIPS_ROW, :] = rot.to_rotation_vector(rot.multiply(rotations_of(styled), rot.inverse(rotations_of(content))))
+    hips = INDEX["Hips"]
+    shift = styled[..., hips, LAYOUT["position"]] - content[..., hips, LAYOUT["position"]]
+    rows[..., HIPS_ROW, :] = shift * (1.0, 0.0, 1.0)  # the height is settled by the legs and the floor
+    return rows
+
+
+def turned(content: Pose, rows: np.ndarray) -> Pose:
+    """The pose with its joints turned and its hips shifted by rows (22, 3); a pose of many frames takes rows for each."""
+    rows = rot.rotate(rot.from_yaw(content.root_facing)[..., None, :], rows)
+    moved = rows[..., :HIPS_ROW, :].any(axis=-1)
+    rotations = content.rotations.copy()
+    turns = rot.from_rotation_vector(rows[..., :HIPS_ROW, :][moved])
+    rotations[moved] = rot.normalize(rot.multiply(turns, rotations[moved]))
+    return content.with_body(content.hips + rows[..., HIPS_ROW, :], rotations)
+
+
+def hands_kept(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
+    """Hands of arms that keep their own style stay where they were beside the hips, however the spine leans above them.
+
+    strengths: (2,) of the left and the right arm; an arm in between gives way in between."""
+    def beside(pose: Pose) -> np.ndarray:
+        return pose.positions[..., SHOULDERS, :] - pose.hips[..., None, :]
+
+    carried = (beside(styled) - beside(content)) * np.clip(1 - strengths, 0, 1)[:, None]
+    if np.abs(carried).max() < 1e-9:
+        return styled
+    return reach(styled, ARMS, styled.positions[..., ARMS[-1], :] - carried, ELBOWS_BACK, ARM_REACH)
