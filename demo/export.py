@@ -1,4 +1,4 @@
-"""What a replay leaves behind: poses, BVH, video and latency report, each complete or not there at all."""
+"""What a replay leaves behind: poses, BVH, glTF, video and latency report, each complete or not there at all."""
 
 import os
 import tempfile
@@ -8,7 +8,6 @@ from typing import Mapping, Sequence
 
 import numpy as np
 
-from demo import assemble
 from sim import bvh, pose_file
 from sim.atomic import replacing
 from sim.clip import Clip
@@ -32,12 +31,23 @@ def write_poses(path: Path, result: Result) -> None:
 
 def write_bvh(path: Path, result: Result) -> None:
     """The styled motion, for other animation programs."""
-    poses = [frame.styled for frame in result.frames]
-    bvh.write(path, Clip(np.array([pose.hips for pose in poses]), np.array([pose.local_rotations for pose in poses])))
+    bvh.write(path, styled_clip(result.frames))
+
+
+def write_glb(path: Path, result: Result) -> None:
+    """The styled motion on the figure, in the colours that it wears at the end."""
+    from demo import colours, gltf
+    gltf.write(path, styled_clip(result.frames), colours.part_colours(result.frames[-1].command.style))
+
+
+def styled_clip(frames: Sequence[Frame]) -> Clip:
+    """What is drawn, as a clip at 60 fps."""
+    poses = [frame.styled for frame in frames]
+    return Clip(np.array([pose.hips for pose in poses]), np.array([pose.local_rotations for pose in poses]))
 
 
 def write_video(path: Path, result: Result) -> None:
-    """The replay as seen by the demo's camera, as H.264 in an MP4."""
+    """The replay as seen by the demo's camera, as an MP4 or a GIF, by the file's ending."""
     from demo import video
     with replacing(path) as temporary:
         video.render(temporary, result.frames, result.latency)
@@ -45,11 +55,12 @@ def write_video(path: Path, result: Result) -> None:
 
 def write_latency(path: Path, result: Result) -> None:
     """How long each stage took; written last, so that drawing the video counts as well."""
+    from demo import assemble
     with replacing(path) as temporary:
         result.latency.save(temporary, startup_s=result.startup_s, **assemble.machine())
 
 
-WRITERS = {"poses": write_poses, "bvh": write_bvh, "video": write_video, "latency": write_latency}
+WRITERS = {"poses": write_poses, "bvh": write_bvh, "glb": write_glb, "video": write_video, "latency": write_latency}
 
 
 def check_outputs(outputs: Mapping[str, Path], source: Path | None = None) -> None:
@@ -70,4 +81,4 @@ def check_outputs(outputs: Mapping[str, Path], source: Path | None = None) -> No
             raise ValueError(f"cannot write {kind} to {path}: {os.strerror(error.errno)}") from None
     if "video" in outputs:
         from demo import video
-        video.check()
+        video.check(outputs["video"])

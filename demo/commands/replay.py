@@ -11,7 +11,8 @@ EXAMPLE = "patchwalk replay walk.jsonl --headless --poses walk.npz --bvh walk.bv
 OUTPUTS = {  # kind, as in demo.export.WRITERS: (metavar, help)
     "poses": ("OUT.npz", "write neutral and styled motion as arrays"),
     "bvh": ("OUT.bvh", "write the styled motion as BVH"),
-    "video": ("OUT.mp4", "write a video (needs OpenGL and ffmpeg, but no display)"),
+    "glb": ("OUT.glb", "write the figure and its styled motion as binary glTF"),
+    "video": ("OUT.mp4|OUT.gif", "write a video (needs OpenGL, an .mp4 also ffmpeg; no display)"),
     "latency": ("OUT.json", "write how long each stage of a frame took"),
 }
 

@@ -114,7 +114,7 @@ def test_without_a_display_the_bundled_recording_goes_to_out(folder, fake_models
         assert (folder / "out" / name).is_file() and f"wrote out/{name}" in out
 
 
-def no_video() -> None:
+def no_video(path) -> None:
     raise ValueError("a video needs OpenGL: none here")
 
 

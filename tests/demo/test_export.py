@@ -4,13 +4,15 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
+from demo.colours import part_colours
 from demo.export import WRITERS, Result, check_outputs
 from sim import bvh
 from sim.atomic import replacing
 from sim.command import Command
 from sim.kinematics import forward_kinematics, to_global
-from sim.skeleton import PARTS
+from sim.skeleton import JOINTS, PARTS
 from tests.conftest import fake_session
 
 COMMANDS = [Command((0.6, 0.8), style={"left_arm": ("old", 1.0)})] * 40 + [Command((0.0, -1.0), gait="run")] * 20
@@ -60,6 +62,24 @@ def test_bvh_is_the_styled_motion(result, tmp_path):
     assert np.abs(positions - [frame.styled.positions for frame in result.frames]).max() < 1e-4
 
 
+def test_another_reader_finds_the_same_joints_in_the_bvh(result, tmp_path):
+    pybvh = pytest.importorskip("pybvh", reason="pybvh reads the file a second time")
+    WRITERS["bvh"](tmp_path / "a.bvh", result)
+    motion = pybvh.read_bvh_file(str(tmp_path / "a.bvh"))
+    assert motion.joint_names == list(JOINTS)
+    positions = motion.joint_positions() / bvh.CENTIMETRES
+    assert np.abs(positions - [frame.styled.positions for frame in result.frames]).max() < 1e-3
+
+
+def test_glb_is_the_styled_motion_in_the_last_frame_s_colours(result, tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr("demo.gltf.write", lambda path, clip, colours: seen.append((clip, colours)))
+    WRITERS["glb"](tmp_path / "a.glb", result)
+    ((clip, colours),) = seen
+    np.testing.assert_allclose(clip.positions(), [frame.styled.positions for frame in result.frames], atol=1e-9)
+    np.testing.assert_array_equal(colours, part_colours(result.frames[-1].command.style))
+
+
 def test_latency(result, tmp_path):
     WRITERS["latency"](tmp_path / "a.json", result)
     report = json.loads((tmp_path / "a.json").read_text())
@@ -82,6 +102,23 @@ def test_video(result, tmp_path):
     pictures = [np.frombuffer(picture, np.uint8) for picture in video]
     assert header["fps"] == 60 and len(pictures) == 5 and pictures[0].std() > 10, "not an empty picture"
     assert len(result.latency.seconds["render"]) == 5
+
+
+def test_gif(result, tmp_path):
+    path = tmp_path / "a.GIF"
+    try:
+        check_outputs({"video": path})
+    except ValueError as missing:
+        pytest.skip(str(missing))
+    WRITERS["video"](path, Result(result.frames[:12], result.latency, 0.0))
+    with Image.open(path) as gif:
+        assert gif.n_frames == 4 and gif.info["duration"] == 50, "every third frame, in real time"
+        assert np.array(gif.convert("RGB")).std() > 10, "not an empty picture"
+
+
+def test_a_video_of_another_kind_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="an .mp4 or a .gif"):
+        check_outputs({"video": tmp_path / "a.avi"})
 
 
 def test_a_file_is_replaced_only_by_a_whole_one(tmp_path):
