@@ -7,7 +7,7 @@ from scipy.interpolate import PchipInterpolator
 
 from sim import rotations as rot
 from sim.pose import Pose
-from sim.skeleton import INDEX, JOINT_COUNT, JOINTS, PART_OF_JOINT, REST_HIPS_HEIGHT
+from sim.skeleton import INDEX, JOINT_COUNT, JOINTS, PART_NAMES, REST_HIPS_HEIGHT
 
 # (joint, from, to, radii at even steps between them, width, depth): metres in the joint's own axes in the T-pose.
 # Width and depth stretch the form across; a form of a left joint has its mirror image on the right. Where forms meet
@@ -30,7 +30,7 @@ _FORMS = [
     ("LeftShoulder", (0.03, -0.004, -0.014), (0.115, -0.010, -0.006), (0.036, 0.042), 1.0, 1.0),
     ("LeftArm", (-0.005, -0.010, 0.0), (0.272, 0.0, 0.0), (0.054, 0.054, 0.048, 0.044, 0.039, 0.031), 1.0, 1.06),
     ("LeftForeArm", (0.010, 0.0, 0.0), (0.240, 0.0, 0.0), (0.032, 0.040, 0.039, 0.033, 0.026, 0.021), 1.0, 1.1),
-    ("LeftHand", (0.012, 0.0, 0.0), (0.158, -0.014, 0.0), (0.020, 0.027, 0.030, 0.027, 0.019), 0.72, 1.22),
+    ("LeftHand", (0.012, 0.0, 0.0), (0.158, -0.014, 0.0), (0.020, 0.027, 0.030, 0.027, 0.022), 0.80, 1.18),
     ("LeftHand", (0.030, -0.004, 0.020), (0.088, -0.014, 0.056), (0.014, 0.014, 0.011), 1.0, 1.0),
     # thigh, shin, foot
     ("LeftUpLeg", (0.008, 0.0, 0.0), (0.0, -0.410, 0.004), (0.072, 0.082, 0.076, 0.067, 0.056, 0.043), 1.0, 1.06),
@@ -59,10 +59,7 @@ FORM_RADII = np.array([PchipInterpolator(np.linspace(0, 1, len(form[3])), form[3
 FORM_STRETCH = np.array([(form[4], 1.0, form[5]) for form in FORMS])
 
 # Gloves and shoes: joints whose skin is a darker tone of their part's colour.
-TONE = np.ones(JOINT_COUNT)
-for _joint, _name in enumerate(JOINTS):
-    if _name.endswith(("Hand", "Foot", "Toe")):
-        TONE[_joint] = 0.62
+IS_GLOVE = np.array([name.endswith(("Hand", "Foot", "Toe")) for name in JOINTS], float)
 
 # The pose the skin is made in: arms half lowered and legs apart, so that no motion bends it far. Degrees about Z, left.
 _BIND_DEGREES = {"Shoulder": -4.0, "Arm": -44.0, "ForeArm": -44.0, "Hand": -44.0, "UpLeg": 9.0, "Leg": 9.0}
@@ -96,7 +93,7 @@ VISOR = BIND.positions[INDEX["Head"]] + [0.0, 0.074, 0.090]  # the dark glass th
 
 @dataclass(frozen=True)
 class Figure:
-    """A body as the shaders read it: `bones` (63, 4) and `tints` (21, 4), float32."""
+    """A body as the passes read it: `bones` (84, 3), `tints` (5, 4) display colours by body part, both float32."""
 
     bones: np.ndarray
     tints: np.ndarray
@@ -104,15 +101,15 @@ class Figure:
 
 def figure(pose: Pose, part_colours: np.ndarray, shift=(0.0, 0.0, 0.0)) -> Figure:
     """The body in `pose`, moved by `shift` metres, in display colours (5, 3) in the order of PART_NAMES."""
-    tints = np.ones((JOINT_COUNT, 4), np.float32)
-    tints[:, :3] = part_colours[PART_OF_JOINT] * TONE[:, None]
-    return Figure(bones(pose, shift).reshape(-1, 4), tints)
+    tints = np.ones((len(PART_NAMES), 4), np.float32)
+    tints[:, :3] = part_colours
+    return Figure(bones(pose, shift), tints)
 
 
 def bones(pose: Pose, shift=(0.0, 0.0, 0.0)) -> np.ndarray:
-    """(21, 3, 4) float32: for each joint the transform from the bind pose to `pose` moved by `shift` metres."""
+    """(84, 3) float32: for each joint the transform (4, 3) of row vectors from the bind pose to `pose` moved by `shift`."""
     turns = rot.multiply(pose.rotations, rot.inverse(BIND.rotations))
-    result = np.empty((JOINT_COUNT, 3, 4), np.float32)
-    result[..., :3] = rot.rotate(turns[:, None], np.eye(3)).swapaxes(-1, -2)
-    result[..., 3] = pose.positions + shift - rot.rotate(turns, BIND.positions)
-    return result
+    result = np.empty((JOINT_COUNT, 4, 3), np.float32)
+    result[:, :3] = rot.rotate(turns[:, None], np.eye(3))
+    result[:, 3] = pose.positions + shift - rot.rotate(turns, BIND.positions)
+    return result.reshape(-1, 3)

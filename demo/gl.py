@@ -56,13 +56,26 @@ def buffer(data: np.ndarray, target: int = GL.GL_ARRAY_BUFFER) -> int:
     return handle
 
 
-class InstanceBuffer:
-    """A buffer written anew each picture: rows of floats, one row an instance."""
+class Buffer:
+    """A buffer written anew each picture."""
+
+    def __init__(self, target: int = GL.GL_ARRAY_BUFFER) -> None:
+        self.handle, self._target = GL.glGenBuffers(1), target
+        GL.glBindBuffer(target, self.handle)
+
+    def write(self, values: np.ndarray) -> None:
+        """Replaces the content."""
+        values = np.ascontiguousarray(values)
+        GL.glBindBuffer(self._target, self.handle)
+        GL.glBufferData(self._target, values.nbytes, values, GL.GL_STREAM_DRAW)
+
+
+class InstanceBuffer(Buffer):
+    """Rows of floats, one row an instance."""
 
     def __init__(self, first_location: int, widths: tuple[int, ...]) -> None:
         """Feeds attributes `first_location` and on, of the given numbers of floats, to the bound vertex array."""
-        self.handle = GL.glGenBuffers(1)
-        GL.glBindBuffer(GL.GL_ARRAY_BUFFER, self.handle)
+        super().__init__()
         offsets = np.concatenate([[0], np.cumsum(widths)]) * 4
         for i, width in enumerate(widths):
             location = first_location + i
@@ -70,17 +83,11 @@ class InstanceBuffer:
             GL.glVertexAttribPointer(location, width, GL.GL_FLOAT, False, int(offsets[-1]), _pointer(offsets[i]))
             GL.glVertexAttribDivisor(location, 1)
 
-    def write(self, rows: np.ndarray) -> None:
-        """Replaces the content with (n, floats) float32."""
-        rows = np.ascontiguousarray(rows, np.float32)
-        GL.glBindBuffer(GL.GL_ARRAY_BUFFER, self.handle)
-        GL.glBufferData(GL.GL_ARRAY_BUFFER, rows.nbytes, rows, GL.GL_STREAM_DRAW)
 
-
-def attribute(location: int, width: int) -> None:
-    """Feeds the bound buffer, tightly packed, to one attribute of the bound vertex array."""
+def attribute(location: int, width: int, offset: int = 0) -> None:
+    """Feeds the bound buffer, tightly packed from a byte on, to one attribute of the bound vertex array."""
     GL.glEnableVertexAttribArray(location)
-    GL.glVertexAttribPointer(location, width, GL.GL_FLOAT, False, 0, _pointer(0))
+    GL.glVertexAttribPointer(location, width, GL.GL_FLOAT, False, 0, _pointer(offset))
 
 
 def _pointer(offset: int):

@@ -2,6 +2,8 @@
 
 Imported only once a window is open (see demo/gl.py)."""
 
+from contextlib import contextmanager
+
 import numpy as np
 from OpenGL import GL
 
@@ -9,62 +11,118 @@ from demo import gl, shaders
 from demo.body import VISOR, Figure
 from demo.skin import Skin, make_skin
 
-SKIN_CELL, SHADOW_CELL = 0.020, 0.045  # metres: the shadow is blurred, coarser triangles do
+SKIN_CELL, SHADOW_CELL = 0.022, 0.045  # metres: the shadow is blurred, coarser triangles do
 SHADOW_PIXELS = 144
-MARK_FLOATS = 10
+RIM_FACING, HIDDEN_FACING = 0.7, -0.5  # cosines to the eye: far from any outline, and turned away for sure
 
 
 class Bodies:
-    """The figures: one skin, drawn for each figure's bones into the shadow picture and into the scene."""
+    """The figures: a skin each, drawn into the shadow picture and into the scene."""
 
     def __init__(self) -> None:
         self._lit = gl.program(shaders.BODY_VERTEX, shaders.BODY_FRAGMENT)
+        self._ghost = gl.program(shaders.BODY_VERTEX, shaders.GHOST_FRAGMENT)
         self._flat = gl.program(shaders.SHADOW_VERTEX, shaders.SHADOW_FRAGMENT)
-        self._fine, self._coarse = (_upload(make_skin(cell)) for cell in (SKIN_CELL, SHADOW_CELL))
+        self._fine, self._coarse = _Meshes(SKIN_CELL), _Meshes(SHADOW_CELL)
 
     def draw_shadow(self, figures: list[Figure], **uniforms) -> None:
         """Flattens the figures along the light; the darkest place counts, so overlaps do not add up."""
         GL.glEnable(GL.GL_BLEND)
         GL.glBlendEquation(GL.GL_MAX)
         self._flat.use(**uniforms)
-        for figure in figures:
-            self._flat.use(bones=figure.bones)
-            _draw(self._coarse)
+        for mesh in self._coarse.posed(figures):
+            mesh.draw()
         GL.glBlendEquation(GL.GL_FUNC_ADD)
 
     def draw(self, figures: list[Figure], **uniforms) -> None:
         """Draws the insides first and then the rims round them, each rim pixel by how much of it the figure covers:
         smooth edges for little more than the price of one sample."""
-        GL.glEnable(GL.GL_DEPTH_TEST)
-        GL.glEnable(GL.GL_CULL_FACE)
-        GL.glBlendFunc(GL.GL_SRC_ALPHA, GL.GL_ONE_MINUS_SRC_ALPHA)
         self._lit.use(visor=VISOR, **uniforms)
-        for edges in (False, True):
-            (GL.glEnable if edges else GL.glDisable)(GL.GL_BLEND)
-            GL.glDepthMask(not edges)
-            for figure in figures:
-                self._lit.use(edges=float(edges), bones=figure.bones, tints=figure.tints)
-                _draw(self._fine)
-        GL.glDepthMask(True)
-        GL.glDisable(GL.GL_CULL_FACE)
-        GL.glDisable(GL.GL_DEPTH_TEST)
+        meshes = self._fine.posed(figures)
+        facings = [mesh.facing(uniforms["eye"]) for mesh in meshes]
+        with _solid():
+            for edges, most in ((False, np.inf), (True, RIM_FACING)):
+                (GL.glEnable if edges else GL.glDisable)(GL.GL_BLEND)
+                GL.glDepthMask(not edges)
+                for figure, mesh, facing in zip(figures, meshes, facings, strict=True):
+                    self._lit.use(edges=float(edges), tints=figure.tints)
+                    mesh.draw((facing > HIDDEN_FACING) & (facing < most))
+
+    def draw_ghosts(self, ghosts: list[tuple[Figure, float]], **uniforms) -> None:
+        """Figures that can be seen through, each with its opacity; what is solid hides them."""
+        self._ghost.use(edges=0.5, **uniforms)
+        meshes = self._coarse.posed([figure for figure, _ in ghosts])
+        with _solid():
+            GL.glEnable(GL.GL_BLEND)
+            GL.glDepthMask(False)
+            for (figure, opacity), mesh in zip(ghosts, meshes, strict=True):
+                self._ghost.use(tints=figure.tints, opacity=opacity)
+                mesh.draw()
 
 
-def _upload(skin: Skin) -> tuple[int, int]:
-    """A vertex array with the skin, and its number of indices."""
-    array = GL.glGenVertexArrays(1)
-    GL.glBindVertexArray(array)
-    attributes = (skin.positions, skin.normals, skin.joints, skin.weights, skin.openness[:, None])
-    for location, values in enumerate(attributes):
-        gl.buffer(np.ascontiguousarray(values, np.float32))
-        gl.attribute(location, values.shape[1])
-    gl.buffer(skin.triangles.astype(np.uint32), GL.GL_ELEMENT_ARRAY_BUFFER)
-    return array, skin.triangles.size
+@contextmanager
+def _solid():
+    """Depth counts and backs are not drawn while the block runs."""
+    GL.glEnable(GL.GL_DEPTH_TEST)
+    GL.glEnable(GL.GL_CULL_FACE)
+    GL.glBlendFunc(GL.GL_SRC_ALPHA, GL.GL_ONE_MINUS_SRC_ALPHA)
+    yield
+    GL.glDepthMask(True)
+    GL.glDisable(GL.GL_CULL_FACE)
+    GL.glDisable(GL.GL_DEPTH_TEST)
 
 
-def _draw(mesh: tuple[int, int]) -> None:
-    GL.glBindVertexArray(mesh[0])
-    GL.glDrawElements(GL.GL_TRIANGLES, mesh[1], GL.GL_UNSIGNED_INT, None)
+class _Meshes:
+    """One skin on the graphics card as often as there are figures, each with the corners of its own pose."""
+
+    def __init__(self, cell: float) -> None:
+        self._skin = make_skin(cell)
+        self._made: list[_Mesh] = []
+
+    def posed(self, figures: list[Figure]) -> "list[_Mesh]":
+        """A mesh for each figure, in its pose."""
+        while len(self._made) < len(figures):
+            self._made.append(_Mesh(self._skin))
+        for mesh, figure in zip(self._made, figures, strict=False):
+            mesh.pose(figure.bones)
+        return self._made[:len(figures)]
+
+
+class _Mesh:
+    """A skin whose corners are written anew each picture."""
+
+    def __init__(self, skin: Skin) -> None:
+        self._skin, self._corners = skin, np.empty((2, len(skin.positions), 3), np.float32)
+        self._array = GL.glGenVertexArrays(1)
+        GL.glBindVertexArray(self._array)
+        self._places = gl.Buffer()
+        gl.attribute(0, 3)
+        gl.attribute(1, 3, offset=12 * len(skin.positions))
+        static = (skin.materials[:, :4], skin.materials[:, 4:], skin.positions)
+        for location, values in enumerate(static, 2):
+            gl.buffer(np.ascontiguousarray(values, np.float32))
+            gl.attribute(location, values.shape[1])
+        self._triangles = gl.Buffer(GL.GL_ELEMENT_ARRAY_BUFFER)
+
+    def pose(self, bones: np.ndarray) -> None:
+        """Places the corners by demo.body.bones (84, 3)."""
+        self._corners = (self._skin.follow @ bones).reshape(2, -1, 3)
+        self._places.write(self._corners)
+
+    def facing(self, eye: np.ndarray) -> np.ndarray:
+        """(n,) cosine between a corner's normal and the way to the eye: 0 on the outline, below that turned away."""
+        places, normals = self._corners
+        to_eye = np.asarray(eye, np.float32) - places
+        return np.einsum("ij,ij->i", to_eye, normals) / np.sqrt(np.einsum("ij,ij->i", to_eye, to_eye))
+
+    def draw(self, shown: np.ndarray | None = None) -> None:
+        """Draws, with the program in use, the triangles that have a shown corner: a software driver is slow with each."""
+        triangles = self._skin.triangles
+        if shown is not None:
+            triangles = triangles[shown[triangles].any(axis=1)]
+        GL.glBindVertexArray(self._array)
+        self._triangles.write(triangles)
+        GL.glDrawElements(GL.GL_TRIANGLES, triangles.size, GL.GL_UNSIGNED_INT, None)
 
 
 class Shadow:
@@ -121,24 +179,35 @@ class Scenery:
         GL.glDrawArrays(GL.GL_TRIANGLE_STRIP, 0, 4)
 
 
-class Marks:
-    """Discs, rings and arrows lying on the ground."""
+class Strips:
+    """Shapes of four corners, one for each row of numbers: marks lying on the ground, or lines in the air."""
 
-    def __init__(self) -> None:
+    def __init__(self, vertex: str, fragment: str, widths: tuple[int, ...]) -> None:
         self._array = GL.glGenVertexArrays(1)
         GL.glBindVertexArray(self._array)
-        self._instances = gl.InstanceBuffer(0, (4, 4, 2))
-        self._program = gl.program(shaders.MARK_VERTEX, shaders.MARK_FRAGMENT)
+        self._instances = gl.InstanceBuffer(0, widths)
+        self._program = gl.program(vertex, fragment)
 
-    def draw(self, marks: np.ndarray, **uniforms) -> None:
-        """marks: (n, 10) float32, rows of demo.marks."""
-        assert marks.shape[1] == MARK_FLOATS
+    def draw(self, rows: np.ndarray, **uniforms) -> None:
+        """rows: (n, sum of the widths) float32, as demo.marks makes them."""
+        if not len(rows):
+            return
         GL.glBindVertexArray(self._array)
-        self._instances.write(marks)
+        self._instances.write(rows)
         GL.glEnable(GL.GL_BLEND)
         GL.glBlendFunc(GL.GL_SRC_ALPHA, GL.GL_ONE_MINUS_SRC_ALPHA)
         self._program.use(**uniforms)
-        GL.glDrawArraysInstanced(GL.GL_TRIANGLE_STRIP, 0, 4, len(marks))
+        GL.glDrawArraysInstanced(GL.GL_TRIANGLE_STRIP, 0, 4, len(rows))
+
+
+def ground_marks() -> Strips:
+    """Discs, rings and arrows lying on the ground."""
+    return Strips(shaders.MARK_VERTEX, shaders.MARK_FRAGMENT, (4, 4, 2))
+
+
+def lines() -> Strips:
+    """Lines and dots as wide on the screen wherever they are."""
+    return Strips(shaders.LINE_VERTEX, shaders.LINE_FRAGMENT, (4, 4, 4))
 
 
 class Panels:

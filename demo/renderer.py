@@ -25,7 +25,8 @@ class Renderer:
         from demo import gl, passes
 
         self._gl, self._bodies, self._shadow = gl, passes.Bodies(), passes.Shadow()
-        self._scenery, self._marks, self._panels = passes.Scenery(), passes.Marks(), passes.Panels()
+        self._scenery, self._marks, self._panels = passes.Scenery(), passes.ground_marks(), passes.Panels()
+        self._lines = passes.lines()
         self._samples = (0 if gl.is_software() else HARDWARE_SAMPLES) if samples is None else samples
         self._colours: np.ndarray | None = None
         self._scene = None

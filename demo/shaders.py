@@ -2,58 +2,48 @@
 
 VERSION = "#version 330 core\n"
 
-# ---- body: a skin that follows the joints -------------------------------------------------------------------
+# ---- body: a skin whose corners come posed ------------------------------------------------------------------
 
-_SKIN = VERSION + """
-layout(location = 0) in vec3 place;               // in the bind pose
+BODY_VERTEX = VERSION + """
+layout(location = 0) in vec3 place;               // in the world
 layout(location = 1) in vec3 direction;
-layout(location = 2) in vec4 joints;
-layout(location = 3) in vec4 weights;
-uniform vec4 bones[63];                           // of each of the 21 joints, bind pose to world: 3 x 4 by rows
-
-vec4 row(int r) {
-    ivec4 at = ivec4(joints) * 3 + r;
-    return bones[at.x] * weights.x + bones[at.y] * weights.y + bones[at.z] * weights.z + bones[at.w] * weights.w;
-}
-"""
-
-BODY_VERTEX = _SKIN + """
-layout(location = 4) in float openness;
-uniform vec4 tints[21];                           // display colour of each joint's skin
+layout(location = 2) in vec4 limbs;               // shares of left leg, right leg, left arm, right arm; the rest is spine
+layout(location = 3) in vec2 wear;                // share of gloves and shoes, openness
+layout(location = 4) in vec3 bind_place;
+uniform vec4 tints[5];                            // display colour of each body part
 uniform mat4 world_to_clip;
 uniform float pixel;                              // a pixel's width one metre from the eye
 uniform float edges;                              // 0: the inside, opaque; 1: the rim, blended by how much is covered
 out vec3 world;
 out vec3 normal;
-out vec3 colour;                                  // linear, with the light that the body itself keeps away
+out vec3 limb;                                    // linear colour of the limb that is nearest
+out vec3 share;                                   // of that limb, of gloves and shoes; openness
 out vec3 bind;
 
 void main() {
-    vec4 x = row(0), y = row(1), z = row(2), p = vec4(place, 1.0);
-    world = vec3(dot(x, p), dot(y, p), dot(z, p));
-    normal = vec3(dot(x.xyz, direction), dot(y.xyz, direction), dot(z.xyz, direction));
-    ivec4 at = ivec4(joints);
-    vec4 share = weights * weights;               // sharper than the skin's own passage from joint to joint
-    share *= share;
-    share /= dot(share, vec4(1.0));
-    vec4 tint = tints[at.x] * share.x + tints[at.y] * share.y + tints[at.z] * share.z + tints[at.w] * share.w;
-    colour = tint.rgb * tint.rgb * mix(0.45, 1.0, openness);
-    bind = place;
-    gl_Position = world_to_clip * vec4(world, 1.0);
+    world = place;
+    normal = direction;
+    float any_limb = limbs.x + limbs.y + limbs.z + limbs.w;
+    vec3 tint = (tints[0] * limbs.x + tints[1] * limbs.y + tints[3] * limbs.z + tints[4] * limbs.w).rgb / max(any_limb, 1e-3);
+    limb = tint * tint;
+    share = vec3(any_limb, wear);
+    bind = bind_place;
     // The inside is drawn half a pixel thinner and the rim half a pixel fatter: between them lies one pixel.
-    float grow = (edges - 0.5) * pixel * gl_Position.w;
-    gl_Position = world_to_clip * vec4(world + normal * grow, 1.0);
+    float depth = (world_to_clip * vec4(place, 1.0)).w;
+    gl_Position = world_to_clip * vec4(place + direction * ((edges - 0.5) * pixel * depth), 1.0);
 }
 """
 
 BODY_FRAGMENT = VERSION + """
+uniform vec4 tints[5];
 uniform vec3 eye;
 uniform vec3 to_light;
 uniform vec3 visor;   // the middle of the dark visor in the bind pose
 uniform float edges;
 in vec3 world;
 in vec3 normal;
-in vec3 colour;
+in vec3 limb;
+in vec3 share;
 in vec3 bind;
 out vec4 pixel;
 
@@ -68,36 +58,59 @@ void main() {
         covered = clamp(0.5 * facing / max(slope, 1e-4), 0.0, 1.0);
     }
 
+    // Where a share passes a half one cloth ends and the next begins, with a seam between them.
+    vec2 grain = max(fwidth(share.xy), 1e-4);
+    vec2 past = (share.xy - 0.5) / grain;                                // pixels from the seam
+    vec3 spine = tints[2].rgb * tints[2].rgb;
+    vec3 base = mix(spine, limb, clamp(past.x + 0.5, 0.0, 1.0));
+    base *= 1.0 - 0.66 * clamp(past.y + 0.5, 0.0, 1.0);
+    vec2 wide = max(0.045 / grain, vec2(0.7));
+    vec2 seam = clamp(wide + 0.5 - abs(past), 0.0, 1.0) * min(0.09 / grain, vec2(1.0));
+    base *= 1.0 - 0.5 * max(seam.x, seam.y);
     vec3 off = (bind - visor) * vec3(15.0, 34.0, 15.0);
     float glass = clamp((1.0 - dot(off, off)) * 9.0, 0.0, 1.0);
-    vec3 base = mix(colour, vec3(0.006, 0.008, 0.013), glass);
+    base = mix(base, vec3(0.006, 0.008, 0.013), glass);
 
     float lambert = dot(n, to_light);
     float key = max(0.80 * lambert + 0.20, 0.0);
-    vec3 ambient = mix(vec3(0.20, 0.185, 0.18), vec3(0.34, 0.42, 0.52), 0.5 + 0.5 * n.y);
-    vec3 light = vec3(1.045, 0.95, 0.82) * key + ambient;
-    light *= 0.74 + 0.26 * clamp(world.y * 1.3 + 0.1, 0.0, 1.0);    // close to the ground less light comes in
+    float open = mix(0.42, 1.0, share.z);                                // light that the body itself keeps away
+    open *= 0.70 + 0.30 * clamp(world.y * 1.2 + 0.1, 0.0, 1.0);          // close to the ground less light comes in
+    vec3 ambient = mix(vec3(0.235, 0.21, 0.195), vec3(0.33, 0.40, 0.50), 0.5 + 0.5 * n.y);
+    vec3 light = (vec3(1.10, 0.985, 0.84) * key + ambient) * open;
     float rim = 1.0 - max(facing, 0.0);
-    rim *= rim;
+    rim *= rim * rim;
     float gleam = max(dot(n, normalize(v + to_light)), 0.0);
     gleam *= gleam; gleam *= gleam; gleam *= gleam; gleam *= gleam;
-    vec3 lit = base * light + rim * rim * vec3(0.15, 0.19, 0.24) + (0.11 + 0.6 * glass) * gleam * max(lambert, 0.0);
-    pixel = vec4(sqrt(lit), covered);
+    vec3 lit = base * light + rim * open * vec3(0.20, 0.25, 0.31) + (0.07 + 0.6 * glass) * gleam * max(lambert, 0.0);
+    pixel = vec4(sqrt(lit * (1.12 / (1.0 + 0.16 * lit))), covered);
+}
+"""
+
+# A body that one can see through: its outline more than its inside.
+GHOST_FRAGMENT = VERSION + """
+uniform vec4 tints[5];
+uniform vec3 eye;
+uniform float opacity;
+in vec3 world;
+in vec3 normal;
+out vec4 pixel;
+void main() {
+    float rim = 1.0 - abs(dot(normalize(normal), normalize(eye - world)));
+    pixel = vec4(tints[2].rgb * (0.80 + 0.20 * normal.y), opacity * (0.22 + 0.78 * rim * rim));
 }
 """
 
 # ---- shadow: the body flattened along the light into a small picture of the ground --------------------------
 
-SHADOW_VERTEX = _SKIN + """
+SHADOW_VERTEX = VERSION + """
+layout(location = 0) in vec3 place;
 uniform vec3 to_light;
 uniform vec3 area;  // centre x, z and half width of the ground in the picture
 out float height;
 
 void main() {
-    vec4 at = vec4(place, 1.0);
-    vec3 p = vec3(dot(row(0), at), dot(row(1), at), dot(row(2), at));
-    height = p.y;
-    vec2 ground = p.xz - to_light.xz * (p.y / to_light.y);
+    height = place.y;
+    vec2 ground = place.xz - to_light.xz * (place.y / to_light.y);
     gl_Position = vec4((ground - area.xy) / area.z, 0.0, 1.0);
 }
 """
@@ -258,6 +271,42 @@ void main() {
         alpha = clamp(0.5 - d / fwidth(d), 0.0, 1.0);
     }
     pixel = vec4(tint.rgb, tint.a * alpha);
+}
+"""
+
+# ---- lines: as wide on the screen wherever they are ---------------------------------------------------------
+
+LINE_VERTEX = VERSION + """
+layout(location = 0) in vec4 start;   // metres; half width in pixels
+layout(location = 1) in vec4 stop;    // metres; unused
+layout(location = 2) in vec4 colour;
+uniform mat4 world_to_clip;
+uniform vec2 half_size;               // half the picture, in pixels
+out vec2 at;                          // pixels from the start, along and across
+flat out vec2 look;                   // length and half width in pixels
+flat out vec4 tint;
+void main() {
+    vec4 a = world_to_clip * vec4(start.xyz, 1.0), b = world_to_clip * vec4(stop.xyz, 1.0);
+    tint = colour;
+    if (min(a.w, b.w) < 0.05) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }  // behind the eye
+    vec2 p = a.xy / a.w * half_size, q = b.xy / b.w * half_size;
+    float reach = length(q - p), margin = start.w + 1.0;
+    vec2 along = reach > 1e-3 ? (q - p) / reach : vec2(1.0, 0.0), across = vec2(-along.y, along.x);
+    vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+    at = vec2(mix(-margin, reach + margin, corner.x), (corner.y * 2.0 - 1.0) * margin);
+    look = vec2(reach, start.w);
+    gl_Position = vec4((p + along * at.x + across * at.y) / half_size, 0.0, 1.0);
+}
+"""
+
+LINE_FRAGMENT = VERSION + """
+in vec2 at;
+flat in vec2 look;
+flat in vec4 tint;
+out vec4 pixel;
+void main() {
+    float away = length(vec2(at.x - clamp(at.x, 0.0, look.x), at.y));
+    pixel = vec4(tint.rgb, tint.a * clamp(look.y + 0.5 - away, 0.0, 1.0));
 }
 """
 

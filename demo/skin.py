@@ -4,19 +4,22 @@ The surface is where a smooth union of distances (log-sum-exp) is zero; the tria
 (Gibson 1998) and each corner is then moved onto the surface. A corner follows the joints whose capsules are near it."""
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import product
 
 import numpy as np
+from scipy import sparse
 
 from demo import body
 from sim import rotations as rot
-from sim.skeleton import JOINT_COUNT
+from sim.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 
 MELT = 0.017  # metres: how softly capsules run into each other
 REACH = 0.09  # metres round a capsule beyond which it does not count
 TIE = 0.020  # metres: how softly the skin passes from one joint to the next
 TIES = 4  # joints a corner may follow
+SLACK = 0.01  # a tie weaker than this is dropped
+LIMBS = [place for place, name in enumerate(PART_NAMES) if name != "spine"]
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,32 @@ class Skin:
     joints: np.ndarray
     weights: np.ndarray
     triangles: np.ndarray
+
+    @cached_property
+    def follow(self) -> sparse.csr_matrix:
+        """(2 n, 84): its product with demo.body.bones (84, 3) is the skin in that pose, positions and then normals.
+
+        A corner is the weighted sum of its joints' transforms of it, so all of them are one sparse product: a quarter of
+        a millisecond, where a software driver's vertex shader takes several for each time the skin is drawn."""
+        weights = np.where(self.weights < SLACK, 0, self.weights)
+        weights /= weights.sum(-1, keepdims=True)
+        homogeneous = [np.column_stack([vectors, np.full(len(vectors), last)])
+                       for vectors, last in ((self.positions, 1.0), (self.normals, 0.0))]
+        columns = (self.joints[:, :, None] * 4 + np.arange(4)).ravel()
+        rows = np.repeat(np.arange(len(weights)), TIES * 4)
+        halves = [sparse.csr_matrix(((weights[:, :, None] * vectors[:, None]).ravel().astype(np.float32), (rows, columns)),
+                                    (len(weights), JOINT_COUNT * 4)) for vectors in homogeneous]
+        result = sparse.vstack(halves, format="csr")
+        result.eliminate_zeros()
+        return result
+
+    @property
+    def materials(self) -> np.ndarray:
+        """(n, 6) float32: shares of the four limbs, of gloves and shoes, and the openness."""
+        part = np.eye(len(PART_NAMES))[PART_OF_JOINT][:, LIMBS]
+        columns = np.column_stack([part, body.IS_GLOVE])[self.joints]  # (n, TIES, 5)
+        shares = np.sum(self.weights[..., None] * columns, axis=1)
+        return np.column_stack([shares, self.openness]).astype(np.float32)
 
 
 @cache
@@ -45,7 +74,7 @@ def make_skin(cell: float) -> Skin:
     _, normals = _distance_and_normal(positions)
     open_at = [np.clip(_distance(positions + normals * step)[0] / step, 0, 1) for step in (0.03, 0.07)]
     joints, weights = _ties(positions)
-    return Skin(positions, normals, np.mean(open_at, axis=0), joints, weights, triangles)
+    return Skin(positions, normals, np.mean(open_at, axis=0), joints, weights, triangles.astype(np.uint32))
 
 
 # The forms in the bind pose: where each starts, and its axes.

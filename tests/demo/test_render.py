@@ -71,12 +71,17 @@ def test_skin_hangs_on_nearby_joints(skin):
 
 
 def test_bones_leave_the_bind_pose_alone_and_carry_the_skin_with_a_pose():
-    identity = np.eye(3, 4)
-    np.testing.assert_allclose(body.bones(body.BIND), np.broadcast_to(identity, (JOINT_COUNT, 3, 4)), atol=1e-6)
+    np.testing.assert_allclose(body.bones(body.BIND), np.tile(np.eye(4, 3), (JOINT_COUNT, 1)), atol=1e-6)
     pose = frame_of().styled
     bones = body.bones(pose, shift=(1.0, 0, 0))
     bind = np.concatenate([body.BIND.positions, np.ones((JOINT_COUNT, 1))], axis=-1)
-    np.testing.assert_allclose((bones @ bind[..., None])[..., 0], pose.positions + [1.0, 0, 0], atol=1e-5)
+    posed = np.einsum("jk,jkx->jx", bind, bones.reshape(JOINT_COUNT, 4, 3))
+    np.testing.assert_allclose(posed, pose.positions + [1.0, 0, 0], atol=1e-5)
+
+
+def test_the_skin_follows_its_joints(skin):
+    corners = (skin.follow @ body.bones(body.BIND)).reshape(2, -1, 3)
+    np.testing.assert_allclose(corners, [skin.positions, skin.normals], atol=1e-5)
 
 
 def project(camera: Camera, point, aspect=16 / 9) -> np.ndarray:
