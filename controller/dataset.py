@@ -1,6 +1,7 @@
 """Training data of the controller: clips to frames of trajectory, pose and what comes next."""
 
 import hashlib
+import math
 import re
 import sys
 from concurrent.futures import ProcessPoolExecutor
@@ -14,6 +15,7 @@ from controller.phase import label_gait, label_phase
 from sim import rotations as rot
 from sim.clip import FPS, Clip, root_frame
 from sim.contacts import foot_contacts
+from sim.planting import planted, strided
 from sim.retarget import load_clip
 from sim.skeleton import CONTACT_JOINTS
 
@@ -24,9 +26,12 @@ NOT_NEUTRAL = re.compile(
     r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR|69_35|Male1_C(0[3-9]|1)")
 HELD_OUT_SHARE = 0.1
 MINIMUM_SECONDS = 0.7
-# At which pace a clip is learned besides its own, by kind of movement: captured strafing and backing is leisurely and captured
-# running all but a sprint, while the stick asks for every speed in between.
-PACES = {"forward walk": (1.0, 1.3), "strafing and backing": (1.0, 1.6, 2.3), "run": (1.0, 0.8, 0.65), "stand": (1.0,)}
+# At which pace and with strides how much longer a clip is learned, by kind of movement: captured strafing and backing is
+# leisurely and captured running all but a sprint, while the stick asks for every speed in between.
+PACES = {"forward walk": ((1.0, 1.0), (1.3, 1.0)), "strafing and backing": ((1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
+         "run": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0)), "stand": ((1.0, 1.0),)}
+FASTEST = {"forward walk": 2.4, "strafing and backing": 1.9, "run": math.inf, "stand": math.inf}  # metres a second made so
+MOVING = 0.3  # metres a second over which a frame counts as movement
 PLANTED_TOE = (-0.015, 0.06)  # metres: where a planted toe's mean height must lie, or the clip's feet cannot be trusted
 
 
@@ -123,26 +128,40 @@ def load_neutral(path: Path) -> Clip:
 
 
 def _load(path: Path) -> list[tuple[str, tuple]] | str:
-    """One file at all its paces, as itself and mirrored, or the reason why it cannot be used."""
+    """One file with its feet planted, at all its paces, as itself and mirrored, or the reason why it cannot be used."""
     try:
         clip = load_neutral(path)
     except (ValueError, OSError) as error:
         return str(error)
-    paced = [clip.paced(pace) for pace in PACES[kind_of(clip)]]
+    kind, speed = kind_of(clip), typical_speed(clip)
+    clip = planted(clip)
+    paced = [strided(clip, stride).paced(pace) for pace, stride in PACES[kind]
+             if pace * stride <= 1 or pace * stride * speed < FASTEST[kind]]
     return [(path.stem, frames_of(side)) for one in paced for side in (one, one.mirrored())]
 
 
 def kind_of(clip: Clip) -> str:
     """The key of PACES that most of the clip's moving frames belong to."""
-    root = root_frame(clip.positions())
-    velocity = rot.rotate(rot.from_yaw(-root.facing), np.gradient(root.positions, 1 / FPS, axis=0))
-    speed = np.linalg.norm(velocity, axis=-1)
-    moving = speed > 0.3
+    velocity, speed = _local_velocity(clip)
+    moving = speed > MOVING
     if moving.mean() < 0.2:
         return "stand"
     if np.median(velocity[moving, 2] / speed[moving]) < 0.7:
         return "strafing and backing"
     return "run" if np.median(speed[moving]) > 2.2 else "forward walk"
+
+
+def typical_speed(clip: Clip) -> float:
+    """Median speed in metres a second of the frames that move at all."""
+    _, speed = _local_velocity(clip)
+    return float(np.median(speed[speed > MOVING])) if (speed > MOVING).any() else 0.0
+
+
+def _local_velocity(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
+    """The root's velocity (frames, 3) in its own frame, and its speed (frames,)."""
+    root = root_frame(clip.positions())
+    velocity = rot.rotate(rot.from_yaw(-root.facing), np.gradient(root.positions, 1 / FPS, axis=0))
+    return velocity, np.linalg.norm(velocity, axis=-1)
 
 
 def feet_can_be_trusted(clip: Clip) -> bool:

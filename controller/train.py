@@ -12,12 +12,13 @@ from torch.nn import functional as F
 from tqdm import tqdm
 
 from controller import idle
-from controller.dataset import Frames, load_folder
+from controller.dataset import Frames, load_folder, neutral_files
 from controller.layout import GAITS, INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.network import PhaseFunctionedNetwork
 from controller.weights import MODEL, save
 from sim.clip import FPS
 from sim.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, JOINT_COUNT, PARENTS
+from sim.sources import credit
 
 BATCH = 2048  # frames an update, however long the rollouts
 LEARNING_RATE = 1e-3
@@ -32,10 +33,10 @@ LOSS_WEIGHTS = {"positions": 1.0, "velocities": 0.5, "rotations": 1.0, "root": 2
                 "future_positions": 0.5, "future_directions": 0.5, "contacts": 0.2}
 SKELETON_WEIGHT = 10.0  # per metre, on joints placed by the rotations alone: what is drawn
 HALF_PRECISION_UNTIL = 0.8  # share of the time that runs in bf16 where the chip multiplies it faster
-SLIDE_WEIGHT = 1.0  # per metre a second, on the way of ankles and toes over the floor from frame to frame
-PLANTED_WEIGHT = 5.0  # how much more that counts while the joint is planted
+WAY_WEIGHT = 0.5  # per metre a second, on the way of all joints from frame to frame: what jitters has the wrong one
+SLIDE_WEIGHT = 1.0  # per metre a second, on that of ankles and toes over the floor
+PLANTED_WEIGHT = 8.0  # how much more that counts while the joint is planted
 CHECKPOINT_SECONDS = 180
-LICENCE = "trained on ACCAD (CC BY 3.0), CMU mocap, SNU (MIT, Apache-2.0), 100STYLE (CC BY 4.0)"
 
 
 def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1) -> Path:
@@ -127,10 +128,12 @@ class Trainer:
             joints, truth = self.skeleton(y), self.skeleton(target)
             losses = self.losses(y, target)
             losses["skeleton"] = (joints - truth).abs().mean()
-            slide = feet_way(y, before, joints) - feet_way(target, truth_before, truth)
+            way = FPS * (way_over_floor(y, before, joints) - way_over_floor(target, truth_before, truth)).abs()
             planted = 1 + (PLANTED_WEIGHT - 1) * target[:, OUTPUT_SLICES["contacts"], None]
-            losses["slide"] = FPS * (slide.abs() * planted).mean()
-            losses["loss"] = losses["loss"] + SKELETON_WEIGHT * losses["skeleton"] + SLIDE_WEIGHT * losses["slide"]
+            losses["slide"] = (way[:, CONTACT_JOINTS][..., [0, 2]] * planted).mean()
+            losses["way"] = way.mean()
+            losses["loss"] = (losses["loss"] + SKELETON_WEIGHT * losses["skeleton"] + SLIDE_WEIGHT * losses["slide"]
+                              + WAY_WEIGHT * losses["way"])
             before, truth_before = joints, truth
             for name, value in losses.items():
                 total[name] = total.get(name, 0) + value / length
@@ -220,15 +223,15 @@ class Skeleton(torch.nn.Module):
         return self.ancestors @ torch.cat([hips, bones], dim=1)
 
 
-def feet_way(y: torch.Tensor, before: torch.Tensor, now: torch.Tensor) -> torch.Tensor:
-    """How far ankles and toes went over the floor in a frame: (batch, 4, 2) metres, in the earlier root frame.
+def way_over_floor(y: torch.Tensor, before: torch.Tensor, now: torch.Tensor) -> torch.Tensor:
+    """How far each joint went in a frame, the root's step included: (batch, 21, 3) metres, in the earlier root frame.
 
     before, now: joint positions (batch, 21, 3), each in its own root frame; y tells the root's step between them."""
     step = y[:, OUTPUT_SLICES["root"]]
-    x, z = now[:, CONTACT_JOINTS, 0], now[:, CONTACT_JOINTS, 2]
+    x, height, z = now.unbind(-1)
     sine, cosine = torch.sin(step[:, 2:]), torch.cos(step[:, 2:])
     x, z = cosine * x + sine * z + step[:, :1], cosine * z - sine * x + step[:, 1:2]
-    return torch.stack([x, z], dim=-1) - before[:, CONTACT_JOINTS][..., [0, 2]]
+    return torch.stack([x, height, z], dim=-1) - before
 
 
 def set_statistics(network: PhaseFunctionedNetwork, frames: Frames) -> None:
@@ -262,7 +265,8 @@ def _cached(data_dir: Path, cache: Path) -> Frames:
 
 def _save_weights(trainer: Trainer, out_dir: Path, data_dir: Path, minutes: float) -> None:
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, cwd=Path(__file__).parent)
-    save(trainer.average.module.cpu(), out_dir / f"{MODEL}.safetensors", licence=LICENCE, data=data_dir.name,
+    credits = f"trained on {credit(data_dir, neutral_files(data_dir))}"
+    save(trainer.average.module.cpu(), out_dir / f"{MODEL}.safetensors", licence=credits,
          command=f"patchwalk train controller --minutes {minutes:g}", commit=commit.stdout.strip() or "unknown")
     trainer.average.module.to(trainer.device)
 

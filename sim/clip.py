@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 from sim import rotations as rot
@@ -39,14 +40,15 @@ class Clip:
         return forward_kinematics(self.hips, self.global_rotations())
 
     def resampled(self, fps: float = FPS) -> "Clip":
-        """The same motion at another rate: positions linearly, rotations by slerp, first frame kept."""
+        """The same motion at another rate, first frame kept: cubic splines through hips and quaternions.
+
+        Straight lines and slerp would leave a corner at each captured frame: a jerk that nobody moved."""
         if abs(fps - self.fps) < 1e-6 or len(self) < 2:
             return replace(self, fps=fps)
-        source = np.arange(int((len(self) - 1) * fps / self.fps + 1e-6) + 1) * self.fps / fps
-        low = np.minimum(source.astype(int), len(self) - 2)
-        t = source - low
-        hips = self.hips[low] + (self.hips[low + 1] - self.hips[low]) * t[:, None]
-        rotations = rot.slerp(self.rotations[low], self.rotations[low + 1], t[:, None, None])
+        captured = np.arange(len(self))
+        wanted = np.arange(int((len(self) - 1) * fps / self.fps + 1e-6) + 1) * self.fps / fps
+        hips = CubicSpline(captured, self.hips)(wanted)
+        rotations = rot.normalize(CubicSpline(captured, rot.continuous(self.rotations))(wanted))
         return replace(self, hips=hips, rotations=rotations, fps=fps)
 
     def paced(self, pace: float) -> "Clip":

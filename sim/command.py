@@ -7,7 +7,7 @@ import numpy as np
 
 from sim.worn import Worn
 
-GAIT_SPEEDS = {"walk": 1.3, "run": 3.0}  # metres a second at full stick
+GAIT_SPEEDS = {"walk": 1.3, "run": 3.5}  # metres a second at full stick
 
 
 @dataclass(frozen=True)

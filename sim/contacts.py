@@ -6,19 +6,29 @@ from scipy.ndimage import median_filter, uniform_filter1d
 from sim.clip import Clip
 from sim.skeleton import ANKLE_HEIGHT, CONTACT_JOINTS, TOE_HEIGHT
 
-HEIGHT_ALLOWANCE = 0.05  # metres over the height that the joint has while the foot is flat
-SPEED_LIMIT = 0.55  # metres a second; planted feet, retargeted, move 0.02 to 0.07 walking and up to 0.5 running
-SMOOTHING = 0.05  # seconds
+# Metres over the height that ankle and toe have while the foot is flat: a heel that has risen more has let go of the floor.
+HEIGHT_ALLOWANCE = np.array([0.025, 0.03] * 2)
+SLOW, SLOW_SHARE = 0.35, 0.25  # a planted joint moves slower than so many metres a second, and this share of the body's speed:
+# captured toes push off while they creep, 0.02 to 0.07 m/s walking and up to 0.8 running
+SMOOTHING = 0.05  # seconds, for feet
+BODY_SMOOTHING = 0.3  # seconds, for the hips
+FLAT = np.array([ANKLE_HEIGHT, TOE_HEIGHT] * 2)
 
 
 def foot_contacts(clip: Clip) -> np.ndarray:
     """Contacts (frames, 4), 0 or 1, for left foot, left toe, right foot, right toe of a grounded clip.
 
     A joint is in contact while it is low and slow; single frames that disagree with their neighbours are voted away."""
-    joints = clip.positions()[:, CONTACT_JOINTS]
-    velocity = np.gradient(joints, 1 / clip.fps, axis=0) if len(clip) > 1 else np.zeros_like(joints)
+    positions = clip.positions()
+    joints = positions[:, CONTACT_JOINTS]
     window = max(1, round(SMOOTHING * clip.fps)) | 1
-    speed = np.linalg.norm(uniform_filter1d(velocity, window, axis=0, mode="nearest"), axis=-1)
-    flat = np.array([ANKLE_HEIGHT, TOE_HEIGHT] * 2)
-    touching = (joints[..., 1] < flat + HEIGHT_ALLOWANCE) & (speed < SPEED_LIMIT)
+    speed = _speed(joints, window, clip.fps)
+    body = _speed(positions[:, 0] * np.array([1.0, 0.0, 1.0]), round(BODY_SMOOTHING * clip.fps), clip.fps)
+    touching = (joints[..., 1] < FLAT + HEIGHT_ALLOWANCE) & (speed < SLOW + SLOW_SHARE * body[:, None])
     return median_filter(touching.astype(float), size=(window, 1), mode="nearest")
+
+
+def _speed(points: np.ndarray, window: int, fps: float) -> np.ndarray:
+    """Speed (frames, ...) of points (frames, ..., 3), their velocity averaged over a window of frames."""
+    velocity = np.gradient(points, 1 / fps, axis=0) if len(points) > 1 else np.zeros_like(points)
+    return np.linalg.norm(uniform_filter1d(velocity, max(1, window), axis=0, mode="nearest"), axis=-1)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from sim.clip import FPS
-from sim.limbs import KNEES_FORWARD, LEGS, reach
+from sim.limbs import KNEES_FORWARD, LEGS, height_missing, reach
 from sim.pose import Pose
 from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT
 from sim.springs import decay, spring_step
@@ -95,10 +95,7 @@ class FootLock:
 
     def _drop(self, hips: np.ndarray, targets: np.ndarray) -> float:
         """How far the hips sink so that legs from (2, 3) reach ankles at (2, 3)."""
-        way = hips - targets
-        across = np.minimum(np.hypot(way[:, 0], way[:, 2]), 0.9 * LEG_LENGTH)
-        missing = way[:, 1] - np.sqrt((REACH * LEG_LENGTH) ** 2 - across**2)
-        wanted = float(np.clip(missing.max(), 0.0, LONGEST_DROP))
+        wanted = float(np.clip(height_missing(hips, targets, REACH).max(), 0.0, LONGEST_DROP))
         self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, HIPS_HALFLIFE, DT)
         return self.hips
 

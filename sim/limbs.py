@@ -5,12 +5,21 @@ import numpy as np
 from sim import rotations as rot
 from sim.kinematics import two_bone_ik
 from sim.pose import Pose
-from sim.skeleton import INDEX
+from sim.skeleton import BONE_OFFSETS, INDEX
 
 # The joints of a limb from the body outwards, each (2,): left and right.
 LEGS, ARMS = (tuple(np.array([INDEX[side + name] for side in ("Left", "Right")]) for name in names)
               for names in (("UpLeg", "Leg", "Foot"), ("Arm", "ForeArm", "Hand")))
 KNEES_FORWARD, ELBOWS_BACK = 1.0, -1.0
+LEG_LENGTH = float(sum(np.linalg.norm(BONE_OFFSETS[joints[0]]) for joints in LEGS[1:]))
+
+
+def height_missing(sockets: np.ndarray, ankles: np.ndarray, share: float) -> np.ndarray:
+    """How far (...) hip joints (..., 3) must sink for legs to reach ankles (..., 3) with that share of their length; negative
+    where they need not."""
+    way = sockets - ankles
+    across = np.minimum(np.hypot(way[..., 0], way[..., 2]), 0.9 * LEG_LENGTH)
+    return way[..., 1] - np.sqrt((share * LEG_LENGTH) ** 2 - across**2)
 
 
 def reach(pose: Pose, limbs: tuple[np.ndarray, ...], targets: np.ndarray, bend: float, share: float) -> Pose:

@@ -1,0 +1,24 @@
+"""Where motion capture comes from and under which licence: what a weight file's header has to say of the data behind it."""
+
+from pathlib import Path
+from typing import Iterable
+
+# Folder name of an archive, as it is unpacked: who made it, and its licence.
+ARCHIVES = {
+    "accad": "ACCAD Open Motion, The Ohio State University (CC BY 3.0)",
+    "cmu16": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",
+    "cmu69": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",
+    "snu-biped": "SNU Movement Research Lab (MIT)",
+    "snu-styles": "SNU Movement Research Lab (Apache-2.0)",
+    "100style-neutral": "100STYLE, Ian Mason (CC BY 4.0)",
+    "bandai-namco": "Bandai-Namco Research Motiondataset, Bandai Namco Research Inc. (CC BY-NC 4.0: non-commercial use only)",
+}
+
+
+def credit(folder: Path, files: Iterable[Path]) -> str:
+    """Whose clips the files under a data folder are, and their licences; those of no known archive are the user's own."""
+    found = set()
+    for path in files:
+        archives = [part for part in path.relative_to(folder.parent).parts if part in ARCHIVES]
+        found.add(ARCHIVES[archives[-1]] if archives else "the user's own clips")
+    return "; ".join(sorted(found))
