@@ -39,6 +39,7 @@ CONTROLS = (
     Control("zoom", {"zoom_in": ("z",), "zoom_out": ("x",)}, mouse="ctrl + wheel"),
     Control("neutral twin beside it", {"twin": ("n",)}, {"twin": "y"}),
     Control("record the input, stop recording", {"record": ("r",)}, {"record": "start"}),
+    Control("export the last 10 seconds", {"export": ("f9",)}),
     Control("save a picture", {"screenshot": ("f12",)}),
     Control("full screen", {"full_screen": ("f11",)}),
     Control("this help", {"help": ("f1",)}, {"help": "back"}),

@@ -1,14 +1,17 @@
 """The live loop: devices, session, renderer, at 60 simulated frames a second whatever the picture costs."""
 
 import time
+import warnings
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import Callable, Sequence
 
+import numpy as np
 import pygame
 
-from demo import panels
+from demo import panels, takes
 from demo.bindings import HINTS
 from demo.devices import Devices
 from demo.hud import ALERT, INK
@@ -50,7 +53,13 @@ def run_live(session: Session, styles: Sequence[str], seconds: float | None = No
             live.run(seconds, sleep)
         finally:
             live.stop_recording()
-        return LiveReport(live.frames, live.pictures, live.missed, tuple(live.files))
+    if live.takes.busy:
+        print("Finishing the export.", flush=True)
+        written = live.takes.finished(wait=True)
+        live.files += written.files
+        for problem in written.problems:
+            warnings.warn(problem, stacklevel=2)
+    return LiveReport(live.frames, live.pictures, live.missed, tuple(live.files))
 
 
 class Live:
@@ -63,6 +72,7 @@ class Live:
         self.devices, self.choice, self.view = Devices(), StyleChoice(styles), View()
         self.renderer = Renderer(window.size)
         self.recorder: Recorder | None = None
+        self.takes = takes.Takes()
         self.files: list[Path] = []
         self.frames = self.pictures = self.missed = 0
         self.leaving = self.helping = False
@@ -104,11 +114,13 @@ class Live:
             self._frame = self.session.step(command)
         except ValueError as error:  # a style that the bank refuses
             self.say(str(error), ALERT)
+            self.stop_recording()  # the controller has gone on, and the recording must not say that it has not
             self.choice.restore(self._frame.command.style if self._frame else {})
             return
-        if self.recorder:
-            self._guard(lambda: self.recorder.write(command))
+        if self.recorder and not self._guard(lambda: self.recorder.write(command)):
+            self.recorder = None
         self.frames += 1
+        self.takes.frames.append(self._frame)
         orbit, lift, zoom = self.devices.take_camera()
         self.view.camera.orbit(orbit, lift)
         self.view.camera.zoom(zoom)
@@ -116,6 +128,7 @@ class Live:
 
     def draw(self) -> None:
         """One picture of the newest frame."""
+        self.show_written(self.takes.finished())
         now = self._clock()
         latency = self.session.latency
         self._figures.tick(now, latency.last_ms("frame"), latency.last_ms("render"))
@@ -157,7 +170,10 @@ class Live:
         self._toasts.append((self._clock() + TOAST_SECONDS, text, colour))
 
     def toggle_recording(self) -> None:
-        """Starts a recording in the current folder, or ends the one that runs."""
+        """Starts a recording in the current folder, or ends the one that runs.
+
+        The character goes back to standing at the start point, in the styles it wears, because that is where a replay
+        starts: so it makes equal poses."""
         if self.recorder:
             self.stop_recording()
             return
@@ -166,6 +182,9 @@ class Live:
         def start() -> None:
             self.recorder = self._recorder_factory(path)
             self.files.append(path)
+            self.session.restart()
+            self.takes.frames.clear()
+            self.view.camera.jump(np.zeros(3))
             self.say(f"recording into {path}")
 
         self._guard(start)
@@ -175,7 +194,23 @@ class Live:
         if self.recorder:
             recorder, self.recorder = self.recorder, None
             self._guard(recorder.close)
-            self.say(f"recorded into {self.files[-1]}")
+            self.say(f"recorded into {recorder.path}")
+
+    def export(self) -> None:
+        """Begins to write the last ten seconds as BVH, glTF and video into the current folder."""
+        if self.takes.busy:
+            self.say("the last export is still being written; press F9 again when it is done")
+        elif self.takes.frames and self._guard(lambda: self.takes.export(self._new_file(*takes.ENDINGS).with_suffix(""))):
+            self.say(f"exporting the last {len(self.takes.frames) / FPS:.1f} s as BVH, glTF and video; walk on")
+
+    def show_written(self, written: takes.Written | None) -> None:
+        """Says what came of an export."""
+        if written:
+            self.files += written.files
+            if written.files:
+                self.say(f"exported {', '.join(path.name for path in written.files)} into {written.files[0].parent}")
+            for problem in written.problems:
+                self.say(problem, ALERT)
 
     def screenshot(self) -> None:
         """Saves the picture as it is, with the text, in the current folder."""
@@ -191,16 +226,22 @@ class Live:
 
         self._guard(save)
 
-    def _guard(self, write: Callable[[], None]) -> None:
-        """Runs what writes a file; where that fails the screen says so, and the character walks on."""
+    def _guard(self, write: Callable[[], None]) -> bool:
+        """Runs what writes a file, True if it could; where it fails the screen says so, and the character walks on."""
         try:
             write()
         except (OSError, pygame.error) as error:
-            self.recorder = None
             self.say(f"cannot write: {error}", ALERT)
+            return False
+        return True
 
-    def _new_file(self, suffix: str) -> Path:
-        return Path.cwd() / f"patchwalk-{datetime.now():%Y%m%d-%H%M%S}.{suffix}"
+    def _new_file(self, *suffixes: str) -> Path:
+        """A path in the current folder with the first suffix, whose name is free with all of them."""
+        now = f"patchwalk-{datetime.now():%Y%m%d-%H%M%S}"
+        for number in count(1):
+            paths = [Path.cwd() / f"{now}{f'-{number}' if number > 1 else ''}.{suffix}" for suffix in suffixes]
+            if not any(path.exists() for path in paths):
+                return paths[0]
 
     def _resize(self) -> None:
         if self.window.follow_size():
@@ -226,6 +267,7 @@ class Live:
         "twin": lambda self: self._toggle("twin"),
         "help": lambda self: self._toggle("helping"),
         "record": toggle_recording,
+        "export": export,
         "screenshot": screenshot,
         "full_screen": lambda self: self.window.toggle_full_screen(),
         "resized": _resize,

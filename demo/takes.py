@@ -1,0 +1,79 @@
+"""F9: the last ten seconds as BVH, glTF and video, written by another process while the character walks on.
+
+Drawing a video takes longer than walking it did, and pictures need a context of their own: both are had for nothing in a
+process of its own, which also leaves the walk's processor alone where there is a second."""
+
+import multiprocessing
+import os
+from collections import deque
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Sequence
+
+from demo import export, video
+from sim.clip import FPS
+from sim.latency import Latency
+from sim.session import Frame
+
+SECONDS = 10
+ENDINGS = ("bvh", "glb", "mp4", "gif")  # of all files that an export may write
+NICENESS = 10  # the walk goes first
+
+
+@dataclass(frozen=True)
+class Written:
+    """What came of an export: the files, and a sentence for each that could not be written."""
+
+    files: tuple[Path, ...]
+    problems: tuple[str, ...]
+
+
+class Takes:
+    """Keeps the newest frames and exports them, one export at a time."""
+
+    def __init__(self) -> None:
+        self.frames: deque[Frame] = deque(maxlen=SECONDS * FPS)
+        self._process: ProcessPoolExecutor | None = None
+        self._export: Future[Written] | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether an export runs."""
+        return self._export is not None
+
+    def export(self, stem: Path) -> None:
+        """Begins to write the frames kept so far to `stem` with each kind's ending. Raises OSError where no process starts."""
+        self._process = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_give_way)
+        self._export = self._process.submit(write_all, list(self.frames), stem)
+
+    def finished(self, wait: bool = False) -> Written | None:
+        """What came of the export, once, as soon as it is over; None before. `wait` waits for it."""
+        if self._export is None or not (wait or self._export.done()):
+            return None
+        running, self._export = self._export, None
+        try:
+            return running.result()
+        except Exception as error:  # the other process died, whatever of: the walk goes on
+            return Written((), (f"the export stopped: {error}",))
+        finally:
+            self._process.shutdown(wait=False)
+
+
+def write_all(frames: Sequence[Frame], stem: Path) -> Written:
+    """Writes every kind that this machine can; the video as MP4, or as GIF where there is no ffmpeg."""
+    result, files, problems = export.Result(frames, Latency(), 0.0), [], []
+    endings = {"bvh": "bvh", "glb": "glb", "video": "mp4" if video.has_ffmpeg() else "gif"}
+    for kind, ending in endings.items():
+        path = stem.with_name(f"{stem.name}.{ending}")
+        try:
+            export.WRITERS[kind](path, result)
+            files.append(path)
+        except (OSError, ValueError) as error:
+            problems.append(f"no {kind}: {error}")
+    return Written(tuple(files), tuple(problems))
+
+
+def _give_way() -> None:
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
