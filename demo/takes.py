@@ -16,7 +16,6 @@ from sim.clip import FPS
 from sim.latency import Latency
 from sim.session import Frame
 
-SECONDS = 10
 ENDINGS = ("bvh", "glb", "mp4", "gif")  # of all files that an export may write
 NICENESS = 10  # the walk goes first
 
@@ -30,10 +29,12 @@ class Written:
 
 
 class Takes:
-    """Keeps the newest frames and exports them, one export at a time."""
+    """Keeps the frames of the last SECONDS and exports them, one export at a time."""
+
+    SECONDS = 10
 
     def __init__(self) -> None:
-        self.frames: deque[Frame] = deque(maxlen=SECONDS * FPS)
+        self.frames: deque[Frame] = deque(maxlen=round(self.SECONDS * FPS))
         self._process: ProcessPoolExecutor | None = None
         self._export: Future[Written] | None = None
 

@@ -10,9 +10,9 @@ from demo import panels
 from demo.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
 from demo.style_choice import StyleChoice
 from sim import recording
-from tests.demo.fakes import BENDS, fake_session, key, offscreen
+from tests.demo.conftest import SIZE
+from tests.demo.fakes import BENDS, fake_session, key
 
-SIZE = (320, 180)
 STYLES = tuple(BENDS)
 
 
@@ -35,13 +35,6 @@ class Clock:
             self.now += self.costs.pop(0) if self.costs else 0.0
         window.show = show
         return window
-
-
-@pytest.fixture
-def screen(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with offscreen(SIZE) as opened:
-        yield opened
 
 
 def play(screen, script: dict[int, list], seconds: float, session=None, styles=STYLES, **options) -> tuple[Live, list]:

@@ -1,0 +1,14 @@
+"""A window that nobody sees, in an empty folder, for whatever is driven by events."""
+
+import pytest
+
+from tests.demo.fakes import offscreen
+
+SIZE = (320, 180)
+
+
+@pytest.fixture
+def screen(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with offscreen(SIZE) as opened:
+        yield opened

@@ -1,0 +1,94 @@
+"""Taking the motion away from the window: recordings that replay to equal poses, and F9's export."""
+
+from dataclasses import astuple
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+
+from demo import assemble, takes
+from demo.live import run_live
+from sim import bvh, recording
+from sim.session import Frame
+from tests.demo.fakes import BENDS, fake_session, key
+from tests.demo.test_live import Clock, play
+
+STYLES = tuple(BENDS)
+
+
+def shown_since_restart(session) -> list[Frame]:
+    """A list that fills with the frames the session makes, anew after each restart."""
+    frames, step, restart = [], session.step, session.restart
+
+    def watched_step(command) -> Frame:
+        frames.append(step(command))
+        return frames[-1]
+
+    def watched_restart() -> None:
+        frames.clear()
+        restart()
+
+    session.step, session.restart = watched_step, watched_restart
+    return frames
+
+
+def test_a_recording_replays_to_equal_poses(screen):
+    """With the trained models: what the window showed from R to R is what a new session makes of the recording."""
+    session = assemble.build_session()
+    frames = shown_since_restart(session)
+    live, _ = play(screen, {0: [key("w")], 5: [key("1"), key("]")], 20: [key("d"), key("left shift")],
+                            40: [key("r")], 60: [key("3"), key("]"), key("a")], 75: [key("q"), key("=")],
+                            90: [key("backspace")], 120: [key("r")]}, 2.2, session, session.stylizer.styles)
+    recorded = recording.read(live.files[0])
+    assert 75 < len(recorded) < len(frames) and len(recorded.styles) == 1
+    assert list(recorded)[0].style, "styles worn are kept, and stand in the first line"
+    assert np.abs(frames[0].styled.root_position).max() < 0.05, "back at the start point"
+    again = assemble.build_session()
+    for command, frame in zip(recorded, frames):
+        for ours, theirs in zip(astuple(frame.styled), astuple(again.step(command).styled), strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+
+
+def test_f9_exports_the_last_ten_seconds(screen, monkeypatch):
+    monkeypatch.setattr(takes.Takes, "SECONDS", 0.25)
+    session = fake_session()
+    frames = shown_since_restart(session)
+    live, _ = play(screen, {0: [key("w")], 40: [key("f9"), key("f9")]}, seconds=0.75, session=session)
+    assert sum("still being written" in text for _, text, _ in live._toasts) == 1
+    assert live.frames == 45, "the walk goes on"
+    written = live.takes.finished(wait=True)
+    live.show_written(written)
+    paths = {path.suffix: path for path in Path.cwd().iterdir()}
+    assert set(written.files) == set(live.files) == set(paths.values()) and {".bvh", ".glb"} <= set(paths)
+    assert len({path.stem for path in paths.values()}) == 1
+    assert {".mp4", ".gif"} & set(paths) or "no video" in written.problems[0]
+    motion = bvh.read(paths[".bvh"])
+    positions = motion.global_transforms()[0] / bvh.CENTIMETRES
+    last = next(i for i in range(len(frames)) if np.abs(frames[i].styled.positions - positions[-1]).max() < 1e-4)
+    assert len(motion) == 15 and 38 <= last <= 41
+    assert live.takes.finished() is None, "said once"
+
+
+def test_what_cannot_be_exported_is_said_and_the_rest_is_written(screen, tmp_path):
+    frames = [fake_session().step(command) for command in [recording.Command()] * 5]
+    (tmp_path / "take.glb").mkdir()
+    written = takes.write_all(frames, tmp_path / "take")
+    assert tmp_path / "take.bvh" in written.files and tmp_path / "take.glb" not in written.files
+    assert written.problems[0].startswith("no glb: ")
+
+
+def test_an_export_is_finished_before_the_program_ends(screen, capsys):
+    pygame.event.post(key("f9"))
+    clock = Clock()
+    report = run_live(fake_session(), STYLES, seconds=0.1, window=screen, clock=clock, sleep=clock.sleep)
+    assert {".bvh", ".glb"} <= {path.suffix for path in report.files} and all(path.is_file() for path in report.files)
+    assert "Finishing the export" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("taken", ["jsonl", "glb"])
+def test_names_of_new_files_are_free(screen, taken):
+    live, _ = play(screen, {}, seconds=0.05)
+    first = live._new_file("bvh", taken)
+    first.with_suffix(f".{taken}").touch()
+    assert live._new_file("bvh", taken).stem != first.stem
