@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+import unicodedata
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 import torch
 from safetensors.torch import save_file
 
-from sim.clip import FPS
+from sim.clip import FPS, Clip
 from sim.features import FEATURES, LAYOUT_VERSION, STRIDE, clip_features
 from sim.retarget import load_clip
 from sim.skeleton import JOINT_COUNT, skeleton_hash
@@ -23,7 +24,8 @@ FORMAT = "patchwalk-style-1"
 WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
 WINDOWS = 3  # spread over the clip; as many for every style, so that the parts of different styles stack
 SHORTEST = WINDOW * STRIDE  # frames, about a second: one gait cycle
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
+NAME_LENGTH = 40
+NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{NAME_LENGTH - 1}}}")
 
 Style = dict[int, PartStyle]  # by level of the decoder, batch of one
 
@@ -98,23 +100,34 @@ class Bank:
             raise ValueError(f"unknown style '{name}': {hint}")
         return self._styles[name]
 
-    def add(self, path: Path, name: str, name_map: dict[str, str] | None = None) -> None:
-        """Learns a style from a BVH clip and keeps it in the user's folder. Raises ValueError or OSError.
+    def free_name(self, path: Path) -> str:
+        """A name that no style has yet, made from a clip's file name."""
+        stem = re.sub(r"[^A-Za-z0-9_]+", "-", unicodedata.normalize("NFKD", path.stem)).strip("-_")[:NAME_LENGTH - 4] or "style"
+        names = (stem, *(f"{stem}-{number}" for number in range(2, 1000)))
+        return next(name for name in names if not self._taken(name))
+
+    def _taken(self, name: str) -> bool:
+        """Whether a style of that name is in the bank, or came into the user's folder since it was read."""
+        known = (*self._styles, *(path.stem for path in self.user.glob("*.safetensors")))
+        return name.lower() in map(str.lower, known)  # not every file system tells cases apart
+
+    def add(self, path: Path, name: str, name_map: dict[str, str] | None = None) -> Clip:
+        """Learns a style from a BVH clip, keeps it in the user's folder and gives the clip. Raises ValueError or OSError.
 
         name_map: our joint -> theirs, for a skeleton whose names are not known (sim.name_maps.load)."""
         if not NAME.fullmatch(name):
             raise ValueError(f"'{name}' is no style name: use up to 40 letters, digits, - and _, not - or _ first")
-        if name.lower() in map(str.lower, self._styles):  # not every file system tells cases apart
+        if self._taken(name):
             raise ValueError(f"there is a style '{name}' already: choose another name, or remove that one first")
         clip = load_clip(path, name_map)
         try:
             windows = style_windows(clip_features(clip)).astype(np.float16)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
-        style = encode(self.model, windows)
-        write(self.user / f"{name}.safetensors", name, style, self.fingerprint, "the user's own clip", Path(path).name,
-              windows)
-        self._styles[name] = style
+        file = self.user / f"{name}.safetensors"
+        write(file, name, encode(self.model, windows), self.fingerprint, "the user's own clip", Path(path).name, windows)
+        self._styles[name] = self._read(file)  # as every later start will find it: the file keeps half precision
+        return clip
 
     def remove(self, name: str) -> None:
         """Forgets one of the user's own styles. Raises ValueError for a bundled or an unknown one."""
@@ -136,8 +149,8 @@ class Bank:
             if "windows" not in tensors:
                 raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
             windows = tensors["windows"].numpy().reshape(WINDOWS, WINDOW, JOINT_COUNT, FEATURES)
-            style = encode(self.model, windows)
-            write(path, header["name"], style, self.fingerprint, header["licence"], header["source"], windows)
-            return style
+            write(path, header["name"], encode(self.model, windows), self.fingerprint, header["licence"], header["source"],
+                  windows)
+            return self._read(path)
         return {level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
                 for level in self.model.config.style_levels}

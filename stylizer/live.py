@@ -5,12 +5,13 @@ to the styled one; that turn is smoothed, scaled by the part's strength and put 
 neutral motion passes through untouched, strength 0 is the neutral pose exactly, and the network's own noise is damped.
 """
 
+from pathlib import Path
 from typing import Callable, Mapping
 
 import numpy as np
 import torch
 
-from sim.clip import FPS
+from sim.clip import FPS, Clip
 from sim.pose import Pose
 from sim.skeleton import PART_NAMES
 from sim.springs import spring_step
@@ -47,6 +48,13 @@ class LiveStylizer:
     def styles(self) -> tuple[str, ...]:
         """The names of all styles in the bank."""
         return self.bank.names
+
+    def learn(self, path: Path) -> tuple[str, Clip]:
+        """Adds a BVH clip to the bank under a name made from the file's: the name, and the clip on our skeleton.
+
+        May run in another thread than `step`. Raises ValueError or OSError, in one sentence, for what is no style."""
+        name = self.bank.free_name(path)
+        return name, self.bank.add(path, name)
 
     def restart(self) -> None:
         """Back to before the first step: nothing is worn."""
