@@ -33,12 +33,14 @@ class Trajectory:
         self.past_facings = np.zeros(_PAST + 1)
         self.past_gaits = np.tile(label_gait(np.zeros(2), np.zeros(())), (_PAST + 1, 1))
         self.expected_positions, self.expected_facings = np.zeros((len(FUTURE), 2)), np.zeros(len(FUTURE))
+        self.wished_positions = np.zeros((len(FUTURE), 2))  # the last wish: what the stick asks, by springs alone
         self.simulated, self.velocity, self.acceleration = np.zeros(2), np.zeros(2), np.zeros(2)
         self.simulated_facing, self.turn_rate = 0.0, 0.0
 
     def samples(self, command: Command) -> dict[str, np.ndarray]:
         """Moves the simulated body by a frame; the network's trajectory input (layout.INPUT) in the root frame."""
         wish_positions, wish_facings, wish_gaits = self._wish(command)
+        self.wished_positions = wish_positions
         toward_wish = {bias: 1 - (1 - _AHEAD) ** bias for bias in (POSITION_BIAS, FACING_BIAS)}
         positions = _blend(self.expected_positions, wish_positions, toward_wish[POSITION_BIAS][:, None])
         facings = _blend(self.expected_facings, wish_facings, toward_wish[FACING_BIAS])

@@ -17,6 +17,7 @@ from sim.skeleton import PART_NAMES
 from sim.springs import spring_step
 from sim.worn import Worn, names
 from stylizer import weights
+from stylizer.attention import attention_map
 from stylizer.bank import Bank
 from stylizer.blend import Style, interpolated, side_by_side
 from stylizer.turns import ARM_PARTS, PART_OF_ROW, asked, hands_kept, turned
@@ -74,6 +75,13 @@ class LiveStylizer:
             return neutral
         turns = self.turns.step(self._ask(window), np.array(switched)[PART_OF_ROW], strengths[PART_OF_ROW] > 0)
         return hands_kept(turned(neutral, turns * strengths[PART_OF_ROW, None]), neutral, strengths[ARM_PARTS])
+
+    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
+        """What a body part's attention looks at now: (samples of the window / 2, samples of the style's clips), rows that
+        add up to 1. Changes nothing. Raises ValueError for weights without attention."""
+        with torch.inference_mode():
+            motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
+            return attention_map(self.bank.model, motion, self._styles(), PART_NAMES.index(part))
 
     def _ask(self, window: np.ndarray) -> np.ndarray:
         """The network's answer for the last sample, as rows (22, 3) in the character's own frame."""
