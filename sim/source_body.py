@@ -22,9 +22,10 @@ class SourceBody:
         self.motion = motion
         self.index = {ours: motion.names.index(theirs) for ours, theirs in name_map.items()}
         self.positions, self.rotations = motion.global_transforms()
+        self.turn = rot.IDENTITY  # from the file's axes to ours
         if self._stands_along_z():
-            turn = rot.from_axis_angle(np.array([1.0, 0.0, 0.0]), -np.pi / 2)
-            self.positions, self.rotations = rot.rotate(turn, self.positions), rot.multiply(turn, self.rotations)
+            self.turn = rot.from_axis_angle(np.array([1.0, 0.0, 0.0]), -np.pi / 2)
+            self.positions, self.rotations = rot.rotate(self.turn, self.positions), rot.multiply(self.turn, self.rotations)
         self.sample = np.unique(np.linspace(0, len(motion) - 1, SAMPLES).astype(int))
         self.rest = self._rest()
 

@@ -1,0 +1,92 @@
+"""Feet of a whole restyled clip: planted where the content plants them, over the floor, with a view of what comes.
+
+Jang et al. 2022 (Sec. 7.2.3) and Aberman et al. 2020 move a planted foot to its mean place in the contact phase. Here it is
+the foot's displacement from the content's own that stands still while the content's foot is planted: the styled foot then
+slides exactly as little as the captured one, nothing jumps, and a clip that is not restyled stays as it is."""
+
+import numpy as np
+from scipy.linalg import solveh_banded
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
+
+from sim.clip import FPS
+from sim.limbs import KNEES_FORWARD, LEGS, reach
+from sim.pose import Pose
+from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS
+
+FADE = 0.15 * FPS  # frames over which a correction comes before a contact and goes after it
+EDGE = 3  # frames over which a contact's hold sets in
+LEVEL_SECONDS = 0.1  # the body rises and sinks no quicker (Gaussian sigma)
+CLEARANCE = 0.05  # metres: a lifted foot stays as high as the content's up to this
+REACH = 0.999  # share of a leg's length that is used
+STRETCH = 0.98  # share over which the hips sink, unless the content's own leg is stretched more
+LEG_LENGTH = sum(float(np.linalg.norm(BONE_OFFSETS[joint[0]])) for joint in LEGS[1:])
+UP = np.array([0.0, 1.0, 0.0])
+LONGEST_DROP = 0.25  # metres that the hips sink at most to let a foot reach its place
+
+
+def feet_in_order(styled: Pose, content: Pose) -> Pose:
+    """The styled poses (fields with a leading axis of frames) with their feet in order; content.contacts say when.
+
+    Hips move up and down only; feet keep their attitude, bones their length."""
+    ours, theirs = (pose.positions[:, CONTACT_JOINTS].reshape(-1, 2, 2, 3) for pose in (styled, content))
+    if len(ours) < 4 or np.abs(ours - theirs).max() < 1e-6:
+        return styled
+    lift = _slowly(theirs[..., 1].min(axis=(1, 2)) - ours[..., 1].min(axis=(1, 2)))
+    ours = ours + lift[:, None, None, None] * UP
+    contacts = uniform_filter1d(content.contacts.reshape(-1, 2, 2), EDGE, axis=0, mode="nearest")
+    targets = ours[:, :, 0].copy()
+    for foot in range(2):
+        targets[:, foot] += _correction(ours[:, foot], theirs[:, foot], contacts[:, foot])
+    own_stretch = np.linalg.norm(content.positions[:, LEGS[0]] - theirs[:, :, 0], axis=-1)
+    lift -= _drop(styled.positions[:, LEGS[0]] + lift[:, None, None] * UP, targets, np.maximum(own_stretch, STRETCH * LEG_LENGTH))
+    hips = styled.hips + lift[:, None] * UP
+    return reach(styled.with_body(hips, styled.rotations), LEGS, targets, KNEES_FORWARD, REACH)
+
+
+def smoothest(target: np.ndarray, weight: np.ndarray, stillness: np.ndarray, fade: float) -> np.ndarray:
+    """The curve c (frames, n) of least curvature that follows `target` by `weight`, stands still over each step by
+    `stillness` (frames - 1) relative to target, and else fades to 0 over about `fade` frames.
+
+    Minimizes |c''|^2 + (c / fade^2)^2 + weight (c - target)^2 + stillness (c' - target')^2."""
+    frames = len(target)
+    bands = np.zeros((3, frames))
+    for a, curve_a in enumerate((1.0, -2.0, 1.0)):
+        for b in range(a, 3):
+            bands[2 - (b - a), b:frames - 2 + b] += curve_a * (1.0, -2.0, 1.0)[b]
+    bands[2] += fade**-4 + weight
+    pull = weight[:, None] * target
+    bands[2, :-1] += stillness
+    bands[2, 1:] += stillness
+    bands[1, 1:] -= stillness
+    step = stillness[:, None] * np.diff(target, axis=0)
+    pull[:-1] -= step
+    pull[1:] += step
+    return solveh_banded(bands, pull)
+
+
+def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+    """What to add to one foot (frames, 3): ours, theirs (frames, 2, 3) its ankle and toe, contacts (frames, 2) theirs."""
+    hold, bearing = contacts.max(axis=1), contacts.argmax(axis=1)
+    frames = np.arange(len(ours))
+    apart = ours - theirs
+    moved = np.diff(apart, axis=0)[frames[1:] - 1, bearing[1:]]  # of the joint that carries the weight
+    still = np.minimum(hold[1:], hold[:-1]) ** 2
+    across = smoothest(-np.concatenate([np.zeros((1, 3)), moved.cumsum(axis=0)]), np.zeros(len(ours)), still, FADE)
+    low = ours[..., 1].min(axis=1)
+    clear = np.minimum(theirs[..., 1].min(axis=1), CLEARANCE) - low
+    height = np.where(hold > 0, np.maximum(-apart[frames, bearing, 1], clear), clear)
+    up = smoothest(height[:, None], np.maximum(hold, clear > 0), np.zeros(len(ours) - 1), FADE)
+    return np.stack([across[:, 0], up[:, 0], across[:, 2]], axis=1)
+
+
+def _drop(hips: np.ndarray, targets: np.ndarray, stretch: np.ndarray) -> np.ndarray:
+    """How far (frames,) the hips sink so that legs from (frames, 2, 3), no longer than (frames, 2), reach their ankles."""
+    way = hips - targets
+    across = np.minimum(np.hypot(way[..., 0], way[..., 2]), 0.9 * stretch)
+    missing = way[..., 1] - np.sqrt(stretch**2 - across**2)
+    needed = np.clip(missing.max(axis=1), 0.0, LONGEST_DROP)
+    return _slowly(maximum_filter1d(needed, 4 * round(LEVEL_SECONDS * FPS) + 1, mode="nearest"))
+
+
+def _slowly(values: np.ndarray) -> np.ndarray:
+    return gaussian_filter1d(values, LEVEL_SECONDS * FPS, mode="nearest")
