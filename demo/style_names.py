@@ -1,26 +1,32 @@
-"""Style names as users write them: PART=NAME[:STRENGTH], and the sentence for a name that the bank does not hold."""
+"""Styles as users write them, PART=NAME[+OTHER@SHARE][:STRENGTH], and the sentence for a name that the bank does not hold."""
 
 from difflib import get_close_matches
 from typing import Collection, Iterable
 
 from sim.skeleton import expand_part
-from sim.worn import MAX_STRENGTH
+from sim.worn import MAX_STRENGTH, Worn
 
 
-def parse_style(text: str) -> tuple[tuple[str, ...], str, float]:
-    """`arms=old:0.8` as (body parts, style name or clip, strength); the strength is 1 where none is given.
+def parse_style(text: str) -> tuple[tuple[str, ...], Worn]:
+    """`arms=old:0.8` as (body parts, ("old", 0.8)); the strength is 1 where none is given. `arms=old+proud@0.4:0.8` goes
+    0.4 of the way from old to proud, as (body parts, ("old", 0.8, "proud", 0.4)).
 
-    Raises ValueError for anything else. A name may hold colons: only a number after the last one is a strength."""
+    Raises ValueError for anything else. A name may hold :, + and @: only where a number follows do they mean anything."""
     target, equals, wanted = text.partition("=")
     if not (target and equals and wanted):
         raise ValueError(f"'{text}' is no style: write PART=NAME or PART=NAME:STRENGTH, such as arms=old:0.8")
-    name, colon, last = wanted.rpartition(":")
-    strength = _number(last) if colon and name else None
+    name, strength = _with_number(wanted, ":")
     if strength is None:
-        name, strength = wanted, 1.0
+        strength = 1.0
     if not 0 <= strength <= MAX_STRENGTH:
         raise ValueError(f"the strength in '{text}' must lie in 0 .. {MAX_STRENGTH}")
-    return expand_part(target), name, strength
+    both, share = _with_number(name, "@")
+    first, plus, other = both.partition("+")
+    if share is None or not (first and plus and other):
+        return expand_part(target), (name, strength)
+    if not 0 <= share <= 1:
+        raise ValueError(f"the share in '{text}' must lie in 0 .. 1: it says how much of the way from {first} to {other}")
+    return expand_part(target), (first, strength, other, share)
 
 
 def check_styles(wanted: Iterable[str], known: Collection[str]) -> None:
@@ -32,8 +38,10 @@ def check_styles(wanted: Iterable[str], known: Collection[str]) -> None:
             raise ValueError(f"unknown style '{name}': {hint}")
 
 
-def _number(text: str) -> float | None:
+def _with_number(text: str, sign: str) -> tuple[str, float | None]:
+    """What stands before the last `sign`, and the number after it; the whole text and None where there is none."""
+    name, found, last = text.rpartition(sign)
     try:
-        return float(text)
+        return (name, float(last)) if found and name else (text, None)
     except ValueError:
-        return None
+        return text, None

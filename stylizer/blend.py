@@ -27,8 +27,7 @@ def interpolated(first: Style, other: Style, shares: Sequence[float]) -> Style:
 
 def with_equal_tokens(styles: Sequence[Style]) -> list[Style]:
     """The same styles, their tokens repeated to one number for all, which makes no difference to attention."""
-    level = next(iter(styles[0]))
-    counts = [style[level].keys.shape[2] for style in styles]
+    counts = [max(1, *(part.keys.shape[2] for part in style.values())) for style in styles]
     return [{level: part._replace(**{key: getattr(part, key).repeat(1, 1, lcm(*counts) // count, 1)
                                      for key in ("keys", "values")}) for level, part in style.items()}
             for style, count in zip(styles, counts)]

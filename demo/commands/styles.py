@@ -22,8 +22,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    import torch
+
     from sim import name_maps
     from stylizer.bank import Bank
+    torch.set_num_threads(1)  # one clip is too little work for more
     bank = Bank()
     if args.action == "add":
         bank.add(args.clip, args.name, name_maps.load(args.map) if args.map else None)

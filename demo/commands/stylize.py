@@ -1,17 +1,27 @@
-"""`patchwalk stylize`: restyle a clip of the user's own. Arguments are settled, the work comes with the next issue."""
+"""`patchwalk stylize`: restyle a clip of the user's own, part by part."""
 
 import argparse
+import time
 from pathlib import Path
 
-HELP = "restyle a BVH file (not in this version yet)"
-EXAMPLE = "patchwalk stylize walk.bvh --style arms=old:0.8 --style spine=proud -o new.bvh"
+HELP = "restyle a BVH file, body part by body part"
+EXAMPLE = """patchwalk stylize walk.bvh --style arms=old:0.8 --style spine=proud -o new.bvh
+  patchwalk stylize walk.bvh --style legs=limp.bvh --style arms=old+proud@0.4 --retarget-back -o new.bvh
+
+PART is left_leg, right_leg, spine, left_arm, right_arm, or legs, arms, upper, all. A style is a name that `patchwalk styles
+list` prints or any BVH clip that shows it. STRENGTH goes from 0 (as it was) over 1 to 1.5 (exaggerated). A+B@SHARE goes
+that share of the way, 0 to 1, from style A to style B."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("content", type=Path, metavar="CONTENT.bvh", help="the motion to restyle")
     parser.add_argument("--style", type=_style, action="append", required=True,
-                        metavar="PART=CLIP_OR_NAME[:STRENGTH]", help="a body part or group and its style")
+                        metavar="PART=CLIP_OR_NAME[:STRENGTH]", help="a body part or group and its style; once for each")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.bvh", help="where to write the result")
+    parser.add_argument("--retarget-back", action="store_true",
+                        help="write it on the content's own skeleton, in its unit and frame rate (default: ours, 60 a second)")
+    parser.add_argument("--map", type=Path, metavar="FILE",
+                        help='JSON {"our joint": "theirs", ...}, for a content skeleton that is not recognised by its names')
     parser.add_argument("--stylizer", metavar="NAME", help="the weights to use")
 
 
@@ -24,5 +34,43 @@ def _style(text: str):
 
 
 def run(args: argparse.Namespace) -> int:
-    raise ValueError("stylize is not here yet, it comes with the next issue; "
-                     "`patchwalk replay` with --bvh writes styled motion")
+    from demo.export import check_outputs
+    from sim import name_maps
+    worn = _by_part(args.style)
+    if args.output.resolve() == args.content.resolve():
+        raise ValueError(f"{args.output} is the content itself: write to another file")
+    check_outputs({"bvh": args.output})
+    name_map = name_maps.load(args.map) if args.map else None
+
+    import torch
+    torch.set_num_threads(1)
+    torch.set_flush_denormal(True)
+    from sim import bvh
+    from sim.retarget import load_clip
+    from stylizer.bank import Bank
+    from stylizer.offline import looks, stylize
+    start = time.perf_counter()
+    content = load_clip(args.content, name_map)
+    bank = Bank(*filter(None, [args.stylizer]))
+    styled = stylize(bank.model, content, looks(bank, worn))
+    if args.retarget_back:
+        from sim.retarget_back import retarget_back
+        bvh.write(args.output, retarget_back(bvh.read(args.content), content, styled, name_map))
+    else:
+        bvh.write(args.output, styled)
+    seconds = len(content) / content.fps
+    print(f"{args.content.name}: {seconds:.1f} s of motion restyled in {time.perf_counter() - start:.1f} s")
+    print(f"wrote {args.output}")
+    return 0
+
+
+def _by_part(styles) -> dict:
+    """Part -> what it wears. Raises ValueError for a part that is given two styles."""
+    worn = {}
+    for parts, wanted in styles:
+        for part in parts:
+            if part in worn:
+                raise ValueError(f"{part} is given two styles: one for each body part, "
+                                 f"or blend two as {part}={worn[part][0]}+{wanted[0]}@0.5")
+            worn[part] = wanted
+    return worn

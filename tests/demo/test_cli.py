@@ -53,7 +53,13 @@ MISTAKES = {
     "replay good.jsonl --headless --poses words.txt/out.npz": "there is no folder words.txt",
     "stylize walk.bvh --style arms -o out.bvh": "PART=NAME",
     "stylize walk.bvh --style tail=old -o out.bvh": "unknown body part 'tail'",
-    "stylize walk.bvh --style arms=old -o out.bvh": "comes with the next issue",
+    "stylize walk.bvh --style arms=old+proud@2 -o out.bvh": "the share in 'arms=old+proud@2' must lie in 0 .. 1",
+    "stylize walk.bvh --style arms=old --style left_arm=proud -o out.bvh": "left_arm is given two styles",
+    "stylize walk.bvh --style arms=old -o walk.bvh": "walk.bvh is the content itself",
+    "stylize walk.bvh --style arms=old -o nowhere/out.bvh": "there is no folder nowhere",
+    "stylize nowhere.bvh --style arms=old -o out.bvh": "nowhere.bvh: No such file",
+    "stylize words.txt --style arms=old -o out.bvh": "words.txt is not a whole BVH file",
+    "stylize words.txt --style arms=old --map words.txt -o out.bvh": "words.txt is not a JSON file",
     "evaluate stylizer": "comes with the next issue",
     "styles": "list|add|remove",
     "styles add good.jsonl": "--name",
@@ -162,10 +168,12 @@ def test_help_is_quick_and_its_reader_may_leave():
 
 
 def test_styles_on_the_command_line():
-    assert parse_style("arms=old:0.8") == (("left_arm", "right_arm"), "old", 0.8)
-    assert parse_style("spine=proud") == (("spine",), "proud", 1.0)
-    assert parse_style("spine=C:\\walk.bvh:1.5") == (("spine",), "C:\\walk.bvh", 1.5)
-    for bad in ("arms", "arms=", "=old", "tail=old", "arms=old:1.6", "arms=old:-1", "arms=old:nan"):
+    assert parse_style("arms=old:0.8") == (("left_arm", "right_arm"), ("old", 0.8))
+    assert parse_style("spine=proud") == (("spine",), ("proud", 1.0))
+    assert parse_style("spine=C:\\walk.bvh:1.5") == (("spine",), ("C:\\walk.bvh", 1.5))
+    assert parse_style("spine=old+C:\\a+b@2x.bvh@0.4:0.5") == (("spine",), ("old", 0.5, "C:\\a+b@2x.bvh", 0.4))
+    assert parse_style("spine=a+b.bvh") == (("spine",), ("a+b.bvh", 1.0))
+    for bad in ("arms", "arms=", "=old", "tail=old", "arms=old:1.6", "arms=old:-1", "arms=old:nan", "arms=a+b@1.2"):
         with pytest.raises(ValueError):
             parse_style(bad)
     check_styles(["old"], ["old", "proud"])

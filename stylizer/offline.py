@@ -1,0 +1,121 @@
+"""Restyling a whole clip: the network over overlapping windows, its turns on top of the content, then the feet.
+
+Where the live stylizer sees only the past, here every frame is the mean of the windows that see it from all sides."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Mapping
+
+import numpy as np
+import torch
+from scipy.ndimage import gaussian_filter1d
+
+from sim.clip import FPS, Clip, root_frame
+from sim.contacts import foot_contacts
+from sim.features import STRIDE, WINDOW, clip_features
+from sim.foot_cleanup import feet_in_order
+from sim.kinematics import to_local
+from sim.pose import Pose
+from sim.retarget import load_clip
+from sim.ring_buffer import SPAN
+from sim.skeleton import PART_NAMES
+from sim.worn import Worn, names
+from stylizer.bank import SHORTEST, Bank, encode
+from stylizer.bank import WINDOW as STYLE_WINDOW
+from stylizer.blend import Style, interpolated, side_by_side, with_equal_tokens
+from stylizer.motion_puzzle import MotionPuzzle
+from stylizer.turns import ARM_PARTS, PART_OF_ROW, asked, hands_kept, turned
+
+HOP = 3  # frames between windows; odd, so that they see the even and the odd frames in turn
+SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
+BATCH = 64  # windows
+SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
+FEW, MANY = 3, 12  # windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one body part is to wear: a style at a strength, or the way from it to another, 0 .. 1."""
+
+    style: Style
+    strength: float = 1.0
+    other: Style | None = None
+    share: float = 0.0
+
+
+def looks(bank: Bank, worn: Mapping[str, Worn]) -> dict[str, Look]:
+    """Part -> Look from part -> what it wears (sim.worn), where a name may also be the path of a BVH clip.
+
+    Raises ValueError or OSError for a style that the bank does not hold and that is no clip."""
+    styles = {name: _style(bank, name) for wanted in worn.values() for name in names(wanted)}
+    return {part: Look(styles[wanted[0]], wanted[1], *((styles[wanted[2]], wanted[3]) if len(wanted) == 4 else ()))
+            for part, wanted in worn.items()}
+
+
+def _style(bank: Bank, name: str) -> Style:
+    if name in bank.names or not (name.lower().endswith(".bvh") or Path(name).exists()):
+        return bank[name]
+    return clip_style(bank.model, clip_features(load_clip(name)))
+
+
+def stylize(model: MotionPuzzle, content: Clip, looks: Mapping[str, Look]) -> Clip:
+    """The clip (60 Hz, grounded) with the parts of `looks` restyled; all others, and strength 0, are as they were.
+
+    Raises ValueError for a clip of a few frames."""
+    if len(content) < SHORTEST_CONTENT:
+        raise ValueError(f"{content.name} is too short to restyle: give at least {SHORTEST_CONTENT} frames at {FPS} a second")
+    features = clip_features(content)
+    strengths = np.array([looks[part].strength if part in looks else 0.0 for part in PART_NAMES])
+    if not strengths.any():
+        return content
+    rows = asked(styled_features(model, features, worn(model, features, looks)), features) * strengths[PART_OF_ROW, None]
+    rows = gaussian_filter1d(rows, SMOOTHING, axis=0, mode="nearest")
+    before = as_pose(content)
+    after = feet_in_order(hands_kept(turned(before, rows), before, strengths[ARM_PARTS]), before)
+    return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
+
+
+def clip_style(model: MotionPuzzle, features: np.ndarray) -> Style:
+    """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated."""
+    count = FEW if len(features) < MANY * SHORTEST else MANY
+    starts = np.linspace(0, max(len(features) - SHORTEST, 0), count).round().astype(int)
+    return encode(model, features[(starts[:, None] + STRIDE * np.arange(STYLE_WINDOW)) % len(features)])
+
+
+def worn(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> Style:
+    """One style for the network, part by part; the parts that have no look wear the content's own."""
+    own = clip_style(model, features)
+    first = [looks[part].style if part in looks else own for part in PART_NAMES]
+    other = [looks[part].other or style if part in looks else own for part, style in zip(PART_NAMES, first)]
+    alike = with_equal_tokens([*first, *other])
+    shares = [looks[part].share if part in looks else 0.0 for part in PART_NAMES]
+    return interpolated(side_by_side(alike[:len(first)]), side_by_side(alike[len(first):]), shares)
+
+
+@torch.inference_mode()
+def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style) -> np.ndarray:
+    """What the network makes of features (frames, 21, 15): windows as long as in training, faded into each other."""
+    frames = len(features)
+    padded = np.concatenate([features, features[-1:].repeat(max(SPAN + 1 - frames, 0), axis=0)])
+    last = len(padded) - SPAN
+    starts = np.unique([0, 1, *range(0, last, HOP), last - 1, last])
+    total, weights = np.zeros_like(padded), np.zeros((len(padded), 1, 1))
+    fade = np.hanning(WINDOW + 2)[1:-1, None, None]
+    for some in np.array_split(starts, -(-len(starts) // BATCH)):
+        seen = some[:, None] + STRIDE * np.arange(WINDOW)
+        batch = model.normalize(torch.from_numpy(padded[seen].astype(np.float32)))
+        answers = model.restore(model.decoder(model.content_encoder(batch), _for_batch(style, len(some)))).double().numpy()
+        for at, answer in zip(seen, answers):
+            total[at] += answer * fade
+            weights[at] += fade
+    return (total / weights)[:frames]
+
+
+def as_pose(clip: Clip) -> Pose:
+    """All frames of a clip as one pose with a leading axis, its contacts told from its feet."""
+    root = root_frame(clip.positions(), clip.fps)
+    return Pose(root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip), 0.0)
+
+
+def _for_batch(style: Style, size: int) -> Style:
+    return {level: type(part)(*(t.expand(-1, size, *t.shape[2:]) for t in part)) for level, part in style.items()}
