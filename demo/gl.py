@@ -180,6 +180,20 @@ def bind_framebuffer(handle: int, size: tuple[int, int]) -> None:
     GL.glViewport(0, 0, *size)
 
 
+def inlay(picture: Target, framebuffer: int, left: int, bottom: int, border: int, colour: tuple[float, float, float]) -> None:
+    """Copies a picture without samples into a corner of another framebuffer, with a border in one colour around it."""
+    GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, picture.handle)
+    GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, framebuffer)
+    GL.glEnable(GL.GL_SCISSOR_TEST)
+    GL.glScissor(left - border, bottom - border, picture.width + 2 * border, picture.height + 2 * border)
+    GL.glClearColor(*colour, 1.0)
+    GL.glClear(GL.GL_COLOR_BUFFER_BIT)
+    GL.glDisable(GL.GL_SCISSOR_TEST)
+    GL.glBlitFramebuffer(0, 0, picture.width, picture.height, left, bottom, left + picture.width, bottom + picture.height,
+                         GL.GL_COLOR_BUFFER_BIT, GL.GL_NEAREST)
+    GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, framebuffer)
+
+
 def clear_depth() -> None:
     """Empties the depth buffer of what is bound."""
     GL.glClear(GL.GL_DEPTH_BUFFER_BIT)

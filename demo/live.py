@@ -14,7 +14,9 @@ import pygame
 from demo import panels, takes
 from demo.bindings import HINTS
 from demo.devices import Devices
+from demo.dropped import Dropped, Learned
 from demo.hud import ALERT, INK
+from demo.inset import Inset
 from demo.renderer import Renderer
 from demo.style_choice import StyleChoice
 from demo.view import View
@@ -73,6 +75,8 @@ class Live:
         self.renderer = Renderer(window.size)
         self.recorder: Recorder | None = None
         self.takes = takes.Takes()
+        self.dropped = Dropped(lambda path: session.stylizer.learn(path))
+        self.inset = Inset()
         self.files: list[Path] = []
         self.frames = self.pictures = self.missed = 0
         self.leaving = self.helping = False
@@ -92,7 +96,10 @@ class Live:
         self.draw()  # the first picture is slow: drivers finish compiling with it, so the clock starts after
         due_at = self._clock() + FRAME_SECONDS
         while not self.leaving and (last is None or self.frames < last):
-            for action in self.devices.handle(pygame.event.get()):
+            events = pygame.event.get()
+            for path in self.dropped.take(events):
+                self.say(f"learning {path.name}")
+            for action in self.devices.handle(events):
                 self.do(action)
             now = self._clock()
             if now < due_at:
@@ -121,6 +128,7 @@ class Live:
             self.recorder = None
         self.frames += 1
         self.takes.frames.append(self._frame)
+        self.inset.step()
         orbit, lift, zoom = self.devices.take_camera()
         self.view.camera.orbit(orbit, lift)
         self.view.camera.zoom(zoom)
@@ -129,6 +137,7 @@ class Live:
     def draw(self) -> None:
         """One picture of the newest frame."""
         self.show_written(self.takes.finished())
+        self.wear_learned()
         now = self._clock()
         latency = self.session.latency
         self._figures.tick(now, latency.last_ms("frame"), latency.last_ms("render"))
@@ -136,10 +145,14 @@ class Live:
         self.view.glow = dict.fromkeys(self.choice.parts, glow) if glow else {}
         self.view.panels = self._panels(now)
         with latency.stage("render"):
-            self.window.bind()
-            self.renderer.draw(self._frame, self.view)
+            self._paint()
         self.window.show()
         self.pictures += 1
+
+    def _paint(self) -> None:
+        self.window.bind()
+        self.renderer.draw(self._frame, self.view)
+        self.inset.draw(self.window.size)
 
     def _panels(self, now: float) -> tuple:
         self._toasts = [toast for toast in self._toasts if toast[0] > now]
@@ -212,13 +225,23 @@ class Live:
             for problem in written.problems:
                 self.say(problem, ALERT)
 
+    def wear_learned(self) -> None:
+        """Puts styles that were learned from dropped files on the picked part, and says what could not be learned."""
+        for result in self.dropped.finished():
+            if isinstance(result, Learned):
+                self.choice.styles = tuple(sorted((*self.choice.styles, result.style)))
+                self.choice.wear(result.style)
+                self.inset.play(result.clip, result.style)
+                self.say(f"learned “{result.style}”: worn by {panels.readable(self.choice.picked)}, kept for the next start")
+            else:
+                self.say(result.reason, ALERT)
+
     def screenshot(self) -> None:
         """Saves the picture as it is, with the text, in the current folder."""
         path = self._new_file("png")
 
         def save() -> None:
-            self.window.bind()
-            self.renderer.draw(self._frame, self.view)
+            self._paint()
             pixels = self.window.read_pixels()
             pygame.image.save(pygame.image.frombuffer(pixels.tobytes(), self.window.size, "RGB"), str(path))
             self.files.append(path)
