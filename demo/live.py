@@ -20,6 +20,7 @@ from demo.inset import Inset
 from demo.renderer import Renderer
 from demo.style_choice import StyleChoice
 from demo.view import View
+from demo.vmc import Sender
 from demo.window import Window, open_window
 from sim.clip import FPS
 from sim.recording import Recorder
@@ -44,13 +45,16 @@ class LiveReport:
 
 def run_live(session: Session, styles: Sequence[str], seconds: float | None = None, window: Window | None = None,
              recorder_factory: Callable[[Path], Recorder] = Recorder, clock: Callable[[], float] = time.perf_counter,
-             sleep: Callable[[float], None] = time.sleep) -> LiveReport:
+             sleep: Callable[[float], None] = time.sleep, stream: Sender | None = None) -> LiveReport:
     """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
 
-    styles: the names to choose from. Raises NoDisplay or NoGL where no window can be had; what goes wrong later
+    styles: the names to choose from; stream: where each frame is sent as it is made.
+    Raises NoDisplay or NoGL where no window can be had; what goes wrong later
     is shown on screen."""
     with window or open_window() as window:
-        live = Live(session, styles, window, recorder_factory, clock)
+        live = Live(session, styles, window, recorder_factory, clock, stream)
+        if stream:
+            live.say(f"streaming poses to {stream.address[0]}:{stream.address[1]} (VMC)")
         try:
             live.run(seconds, sleep)
         finally:
@@ -69,7 +73,7 @@ class Live:
 
     def __init__(self, session: Session, styles: Sequence[str], window: Window,
                  recorder_factory: Callable[[Path], Recorder] = Recorder,
-                 clock: Callable[[], float] = time.perf_counter) -> None:
+                 clock: Callable[[], float] = time.perf_counter, stream: Sender | None = None) -> None:
         self.session, self.window = session, window
         self.devices, self.choice, self.view = Devices(), StyleChoice(styles), View()
         self.renderer = Renderer(window.size)
@@ -77,6 +81,7 @@ class Live:
         self.takes = takes.Takes()
         self.dropped = Dropped(lambda path: session.stylizer.learn(path))
         self.inset = Inset()
+        self.stream = stream
         self.files: list[Path] = []
         self.frames = self.pictures = self.missed = 0
         self.leaving = self.helping = False
@@ -129,6 +134,8 @@ class Live:
         self.frames += 1
         self.takes.frames.append(self._frame)
         self.inset.step()
+        if self.stream:
+            self.stream.send(self._frame)
         orbit, lift, zoom = self.devices.take_camera()
         self.view.camera.orbit(orbit, lift)
         self.view.camera.zoom(zoom)

@@ -3,6 +3,8 @@
 import argparse
 from pathlib import Path
 
+from demo.commands.replay import VMC_HELP
+
 HELP = "Steer a character and restyle it limb by limb; without a display, replay the bundled recording into out/."
 EXAMPLE = "patchwalk"
 OUT = Path("out")
@@ -10,18 +12,19 @@ FILES = {"poses": "poses.npz", "bvh": "styled.bvh", "video": "video.mp4", "laten
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """None: everything is on the keys."""
+    parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=VMC_HELP)
 
 
 def run(args: argparse.Namespace) -> int:
-    from demo import assemble
+    from demo import assemble, vmc
     from demo.window import NoDisplay, NoGL, has_display
+    stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
     if has_display():
         from demo.live import run_live
         session = assemble.build_session()
         try:
-            report = run_live(session, session.stylizer.styles)
+            report = run_live(session, session.stylizer.styles, stream=stream)
         except (NoDisplay, NoGL) as error:
             reason = str(error)
         else:

@@ -8,6 +8,8 @@ from typing import Mapping
 
 HELP = "play a recording and write its motion, its video and how long each stage took"
 EXAMPLE = "patchwalk replay walk.jsonl --headless --poses walk.npz --bvh walk.bvh --latency walk.json"
+VMC_HELP = ("stream the poses live to Blender, Unity or Unreal: VMC/OSC over UDP, to port 39539 of this machine "
+            "unless told otherwise")
 OUTPUTS = {  # kind, as in demo.export.WRITERS: (metavar, help)
     "poses": ("OUT.npz", "write neutral and styled motion as arrays"),
     "bvh": ("OUT.bvh", "write the styled motion as BVH"),
@@ -22,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--headless", action="store_true", help="open no window, even where there is a display")
     for kind, (metavar, text) in OUTPUTS.items():
         parser.add_argument(f"--{kind}", type=Path, metavar=metavar, help=text)
+    parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=f"{VMC_HELP}; in real time")
     parser.add_argument("--stylizer", metavar="NAME", help="style-transfer weights other than the shipped ones")
 
 
@@ -31,20 +34,23 @@ def run(args: argparse.Namespace) -> int:
     outputs = {kind: path for kind in OUTPUTS if (path := getattr(args, kind))}
     from demo.export import check_outputs
     check_outputs(outputs, args.recording)
-    play(args.recording.name, recorded, outputs, args.stylizer, window=not args.headless)
+    from demo import vmc
+    stream = None if args.vmc is None else vmc.Sender(args.vmc)
+    play(args.recording.name, recorded, outputs, args.stylizer, window=not args.headless, stream=stream)
     return 0
 
 
-def play(name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None = None, window=False) -> None:
-    """Plays a sim.recording.Recording, in a window if asked and possible, else as fast as it goes; then writes the
-    outputs (kind -> path) and says on stdout what came of it."""
+def play(name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None = None, window=False,
+         stream=None) -> None:
+    """Plays a sim.recording.Recording, in a window if asked and possible, else as fast as it goes, but in real time to a
+    `stream` (demo.vmc.Sender); then writes the outputs (kind -> path) and says on stdout what came of it."""
     from demo import STARTED, assemble, export
     from demo.style_names import check_styles
     from sim.clip import FPS
     session = assemble.build_session(stylizer)
     check_styles(recorded.styles, session.stylizer.styles)
     startup_s = time.perf_counter() - STARTED
-    frames = (_watched(session, recorded) if window else None) or _stepped(session, recorded)
+    frames = (_watched(session, recorded, stream) if window else None) or _stepped(session, recorded, stream)
     result = export.Result(frames, session.latency, startup_s)
     report = session.latency.report()
     print(f"{name}: {len(frames)} frames, {len(frames) / FPS:.1f} s; a frame took {report['frame']['p50_ms']:.2f} ms "
@@ -54,13 +60,18 @@ def play(name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None 
         print(f"wrote {path}", flush=True)
 
 
-def _stepped(session, recorded) -> list:
+def _stepped(session, recorded, stream) -> list:
     from tqdm import tqdm
     with tqdm(recorded, "replay", unit="frame", leave=False, disable=not sys.stderr.isatty()) as commands:
-        return [session.step(command) for command in commands]
+        return _sent(map(session.step, commands), stream)
 
 
-def _watched(session, recorded) -> list | None:
+def _sent(frames, stream) -> list:
+    from demo import vmc
+    return list(vmc.streamed(frames, stream) if stream else frames)
+
+
+def _watched(session, recorded, stream) -> list | None:
     """The frames, once shown; None, before the first step, where no window can be opened."""
     from demo.window import NoDisplay, NoGL, has_display
     if not has_display():
@@ -68,7 +79,7 @@ def _watched(session, recorded) -> list | None:
         return None
     from demo.replay_window import watch
     try:
-        return list(watch(session, recorded))
+        return _sent(watch(session, recorded), stream)
     except (NoDisplay, NoGL) as error:
         print(f"No window ({error}): replaying headless.")
         return None
