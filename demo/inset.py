@@ -14,6 +14,7 @@ from sim.skeleton import PART_NAMES
 SECONDS = 10.0  # that a clip plays at most, over and over if it is shorter
 SIDES = (0.24, 0.30)  # width and height, as shares of the window's height
 MARGIN, BORDER = 14, 2  # pixels at a window height of 720
+EVERY = 2  # the window's pictures to one of the clip: half as smooth, half the price
 BORDER_COLOUR = (0.07, 0.094, 0.125)
 
 
@@ -24,6 +25,7 @@ class Inset:
         self._frames: list[Frame] = []  # of the clip
         self._left = 0  # simulated frames that it still plays
         self._renderer = self._picture = None  # made with the first picture
+        self._age = 0  # of the picture, in pictures of the window
 
     @property
     def playing(self) -> bool:
@@ -38,7 +40,7 @@ class Inset:
         poses = [Pose(*pose, np.zeros(4), 0.0) for pose in zip(root.positions, root.facing, clip.hips, clip.global_rotations())]
         self._frames = [Frame(command, pose, pose) for pose in poses]
         self._left = round(SECONDS * FPS)
-        self._view = View(Camera(yaw=float(root.facing[0]) + np.pi + 0.6, distance=4.4), arrow=False, contacts=False)
+        self._view = View(Camera(yaw=float(root.facing[0]) + np.pi + 0.6, distance=3.1), arrow=False, contacts=False)
         self._view.camera.jump(root.positions[0])
 
     def step(self) -> None:
@@ -57,8 +59,10 @@ class Inset:
         from demo import gl  # only now: a window must be open
         window, (width, height) = gl.bound_framebuffer(), window_size
         self._fit(gl, tuple(max(1, round(side * height)) for side in SIDES))
-        self._picture.bind()
-        self._renderer.draw(self._frame(), self._view)
+        if self._age % EVERY == 0:
+            self._picture.bind()
+            self._renderer.draw(self._frame(), self._view)
+        self._age += 1
         margin, border = (round(pixels * height / 720) for pixels in (MARGIN, BORDER))
         gl.inlay(self._picture, window, width - self._picture.width - margin, margin, border, BORDER_COLOUR)
 
@@ -72,4 +76,4 @@ class Inset:
         elif (self._picture.width, self._picture.height) != size:
             self._picture.delete()
             self._renderer.resize(size)
-            self._picture = gl.Target(*size, depth=False)
+            self._picture, self._age = gl.Target(*size, depth=False), 0

@@ -78,6 +78,7 @@ def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_pat
     for _ in range(20):
         live.inset.step()
     live._paint()
+    live._paint()  # the clip moves in every second picture
     moved = live.window.read_pixels().astype(int)
     while live.inset.playing:
         live.inset.step()
