@@ -19,6 +19,7 @@ from sim.skeleton import BONE_OFFSETS, JOINTS, PARENTS, PART_OF_JOINT
 
 SKIN_CELL = 0.020  # metres, as in the window
 SHADED = 0.45  # share of light that reaches the deepest folds
+GLOVES = 0.66  # how much darker gloves and shoes are than their part
 VISOR_SHARPNESS, VISOR_COLOUR = np.array([15.0, 34.0, 15.0]), np.array([0.006, 0.008, 0.013])
 COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint8): 5121, np.dtype(np.uint32): 5125}
 TYPES = {(): "SCALAR", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
@@ -115,11 +116,9 @@ def _primitive(numbers: _Numbers, part_colours: np.ndarray) -> dict:
 
 
 def _colours(skin: Skin, part_colours: np.ndarray) -> np.ndarray:
-    """(n, 3) linear light of each corner, as the window's shaders mix it (demo/shaders.py)."""
-    share = skin.weights**4
-    tints = part_colours[PART_OF_JOINT][skin.joints]  # (n, 4, 3)
-    colours = (np.sum(share[..., None] * tints, axis=1) / share.sum(axis=1, keepdims=True)) ** 2
-    colours *= SHADED + (1 - SHADED) * skin.openness[:, None]
+    """(n, 3) linear light of each corner, as the window's shaders see it (demo/shaders.py): squares of display colours."""
+    cloth = part_colours[PART_OF_JOINT] ** 2 * (1 - GLOVES * body.IS_GLOVE[:, None])
+    colours = cloth[skin.joints[:, 0]] * (SHADED + (1 - SHADED) * skin.openness[:, None])  # of the joint it follows most
     off = np.sum(((skin.positions - body.VISOR) * VISOR_SHARPNESS) ** 2, axis=-1, keepdims=True)
     return colours + (VISOR_COLOUR - colours) * np.clip(9 * (1 - off), 0, 1)
 
