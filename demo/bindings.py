@@ -1,89 +1,151 @@
-"""Which key, mouse or gamepad control does what: the one table behind behaviour, help overlay and README."""
+"""Which key, mouse button or gamepad control does what: the one table behind behaviour, menu, help, README and keys.toml.
+
+Keys are named as SDL names them, perhaps after `ctrl+` and `shift+`; gamepad buttons likewise, perhaps after `lefttrigger+`."""
 
 from dataclasses import dataclass, field
 from typing import Mapping
+
+Names = tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Control:
     """A line of the help, and the actions it stands for.
 
-    keys: action -> pygame key names, all of which do the same. pad: action -> SDL's name of a gamepad button.
-    mouse, stick: what the help says of controls that are no buttons."""
+    keys, pad, mouse: action -> names of keys, gamepad controls and mouse buttons, all of which do the same.
+    touch: what the help says of the panels. menu: the page of the menu it is on; its first action is done there."""
 
     help: str
-    keys: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    pad: Mapping[str, str] = field(default_factory=dict)
-    mouse: str = ""
-    stick: str = ""
+    keys: Mapping[str, Names] = field(default_factory=dict)
+    pad: Mapping[str, Names] = field(default_factory=dict)
+    mouse: Mapping[str, Names] = field(default_factory=dict)
+    touch: str = ""
+    menu: str = ""
 
 
 PARTS_BY_NUMBER = ("left_leg", "right_leg", "spine", "left_arm", "right_arm", "legs", "arms", "upper", "all")
+SLOTS = range(1, 9)  # of presets
+MENU_PAGES = ("see", "style", "presets", "window")
 
 CONTROLS = (
     Control("walk", {"forward": ("w", "up"), "left": ("a", "left"), "back": ("s", "down"), "right": ("d", "right")},
-            stick="left stick"),
-    Control("run while held", {"run": ("left shift", "right shift")}, stick="right trigger"),
-    Control("turn where it faces", {"face_left": ("q",), "face_right": ("e",)}, stick="right stick"),
-    Control("face where it goes again", {"face_free": ("f",)}, {"face_free": "b"}),
-    Control("pick a body part or a group",
-            {f"pick_{part}": (str(number),) for number, part in enumerate(PARTS_BY_NUMBER, 1)},
-            {"part_previous": "dpad_up", "part_next": "dpad_down"}),
-    Control("pick the whole body", {"pick_all": ("0",)}, {"pick_all": "x"}),
+            {"walk": ("left stick",)}),
+    Control("run while held", {"run": ("left shift", "right shift")}, {"run": ("righttrigger",)}),
+    Control("turn where it faces", {"face_left": ("q",), "face_right": ("e",)}, {"face": ("lefttrigger+right stick",)}),
+    Control("face where it goes again", {"face_free": ("f",)}, {"face_free": ("b",)}),
+
+    Control("pick a body part or a group", {f"pick_{part}": (str(n),) for n, part in enumerate(PARTS_BY_NUMBER[:-1], 1)},
+            {"part_previous": ("dpad_up",), "part_next": ("dpad_down",)}, {"touch": ("left",)}, touch="on it, or its picture"),
+    Control("pick the whole body", {"pick_all": ("9", "0")}, {"pick_all": ("x",)}),
     Control("change its style", {"style_previous": ("[", "page up"), "style_next": ("]", "page down")},
-            {"style_previous": "dpad_left", "style_next": "dpad_right"}, mouse="wheel"),
-    Control("change the style's strength", {"weaker": ("-", "keypad -"), "stronger": ("=", "+", "keypad +")},
-            {"weaker": "leftshoulder", "stronger": "rightshoulder"}),
-    Control("back to its own style", {"own_style": ("backspace",)}, {"own_style": "a"}),
-    Control("orbit the camera", mouse="drag", stick="left trigger + right stick"),
-    Control("zoom", {"zoom_in": ("z",), "zoom_out": ("x",)}, mouse="ctrl + wheel"),
-    Control("neutral twin beside it", {"twin": ("n",)}, {"twin": "y"}),
-    Control("record the input, stop recording", {"record": ("r",)}, {"record": "start"}),
-    Control("export the last 10 seconds", {"export": ("f9",)}),
-    Control("save a picture", {"screenshot": ("f12",)}),
-    Control("full screen", {"full_screen": ("f11",)}),
-    Control("this help", {"help": ("f1",)}, {"help": "back"}),
-    Control("leave", {"leave": ("escape",)}),
+            {"style_previous": ("dpad_left",), "style_next": ("dpad_right",)}, touch="the list"),
+    Control("change its strength", {"weaker": ("-", "keypad -"), "stronger": ("=", "+", "keypad +")},
+            {"weaker": ("leftshoulder",), "stronger": ("rightshoulder",)}, touch="the slider"),
+    Control("blend a second style in, or back to the first", {"blend": ("b",)}, {"blend": ("leftstick",)},
+            touch="“blend”", menu="style"),
+    Control("search the styles", {"search": ("/", "ctrl+f")}, touch="the search line", menu="style"),
+    Control("back to its own style", {"own_style": ("backspace",)}, {"own_style": ("lefttrigger+a",)}, touch="“own”",
+            menu="style"),
+    Control("whole body back to its own style", {"reset": ("delete", "shift+backspace")}, touch="“reset”", menu="style"),
+    Control("random mix", {"random": ("v",)}, {"random": ("lefttrigger+x",)}, touch="“random”", menu="style"),
+    Control("neutral while held, to compare", {"compare": ("space",)}, {"compare": ("a",)}, touch="hold “A | B”"),
+    Control("next preset", {"preset_next": ("l",)}, {"preset_next": ("rightstick",)}, touch="its button"),
+    Control("wear a preset", {f"preset_{slot}": (f"ctrl+{slot}",) for slot in SLOTS}, touch="its button"),
+    Control("save as a preset", {f"save_{slot}": (f"ctrl+shift+{slot}",) for slot in SLOTS}, touch="right click on it"),
+
+    Control("neutral twin beside it, as a ghost, gone", {"twin": ("n",)}, {"twin": ("y",)}, menu="see"),
+    Control("skeleton", {"skeleton": ("k",)}, menu="see"),
+    Control("trajectory asked and predicted", {"trajectory": ("t",)}, menu="see"),
+    Control("foot contacts", {"contacts": ("c",)}, menu="see"),
+    Control("the last half second", {"onion": ("o",)}, menu="see"),
+    Control("phase dial", {"phase": ("p",)}, menu="see"),
+    Control("attention map of the part", {"attention": ("h",)}, menu="see"),
+    Control("frame times", {"times": ("g",)}, {"times": ("lefttrigger+y",)}, menu="see"),
+
+    Control("orbit the camera", {}, {"orbit": ("right stick",)}, {"orbit": ("left", "right", "middle")}, touch="drag"),
+    Control("zoom", {"zoom_in": ("z",), "zoom_out": ("x",)},
+            {"zoom_in": ("lefttrigger+dpad_up",), "zoom_out": ("lefttrigger+dpad_down",)},
+            {"zoom_in": ("wheel up",), "zoom_out": ("wheel down",)}),
+    Control("menu of everything", {"menu": ("m",)}, {"menu": ("start",)}, touch="“menu”"),
+    Control("hide the panels, show them", {"panels": ("tab",)}, touch="“hide”", menu="window"),
+    Control("record the input, stop recording", {"record": ("r",)}, menu="window"),
+    Control("export the last 10 seconds", {"export": ("f9",)}, menu="window"),
+    Control("save a picture", {"screenshot": ("f12",)}, menu="window"),
+    Control("full screen", {"full_screen": ("f11",)}, menu="window"),
+    Control("this help", {"help": ("f1",)}, {"help": ("back",)}, touch="“help”", menu="window"),
+    Control("leave", {"leave": ("escape",)}, menu="window"),
 )
 
-KEYS = {key: action for control in CONTROLS for action, keys in control.keys.items() for key in keys}
-PAD_BUTTONS = {button: action for control in CONTROLS for action, button in control.pad.items()}
+# While the menu is open or something is typed, these go before the table above; they cannot be changed.
+MENU_KEYS = {"up": "menu_up", "down": "menu_down", "left": "menu_left", "right": "menu_right", "return": "menu_do",
+             "escape": "menu"}
+MENU_PAD = {"dpad_up": "menu_up", "dpad_down": "menu_down", "dpad_left": "menu_left", "dpad_right": "menu_right",
+            "a": "menu_do", "x": "menu_other", "b": "menu"}
+TYPING_KEYS = {"return": "typed", "keypad enter": "typed", "escape": "untyped", "backspace": "erase", "up": "style_previous",
+               "down": "style_next"}
 
-# What a newcomer tries first, in this order; each hint stays until one of its actions was done.
-HINTS = (
-    (("forward", "left", "back", "right", "stick"), "Walk with W A S D or the left stick"),
-    (tuple(action for action in KEYS.values() if action.startswith("pick_")) + ("part_previous", "part_next"),
-     "Pick a body part with 1 to 9, or up and down on the d-pad"),
-    (("style_previous", "style_next"), "Give it a style with [ and ], the mouse wheel, or left and right on the d-pad"),
-    (("weaker", "stronger"), "Change how strong it is with - and =, or the shoulder buttons"),
-    (("help",), "F1 shows everything else"),
-)
+
+@dataclass(frozen=True)
+class Bindings:
+    """What each action is bound to: action -> names, for the three kinds of devices."""
+
+    keys: Mapping[str, Names]
+    pad: Mapping[str, Names]
+    mouse: Mapping[str, Names]
+
+    def actions(self, device: str) -> dict[str, str]:
+        """name of a key, gamepad control or mouse button -> action; device is `keys`, `pad` or `mouse`."""
+        return {name: action for action, names in getattr(self, device).items() for name in names}
+
+    def help_rows(self) -> list[tuple[str, str, str, str]]:
+        """(what it does, keys, mouse, gamepad) for every control, as the help overlay and the README show them."""
+        rows = []
+        for control in CONTROLS:
+            keys = _text([self.keys[action] for action in control.keys], _SHOWN)
+            pad = _text([self.pad[action] for action in control.pad], _PAD_SHOWN)
+            mouse = _text([self.mouse[action] for action in control.mouse], _MOUSE_SHOWN)
+            rows.append((control.help, keys, " ".join(filter(None, (mouse, control.touch))), pad))
+        return rows
+
+    def shown(self, *actions: str) -> str:
+        """The keys of some actions as text, such as `W A S D`."""
+        return _text([self.keys[action][:1] for action in actions], _SHOWN)
+
+
+def _merged(field_name: str) -> dict[str, Names]:
+    return {action: names for control in CONTROLS for action, names in getattr(control, field_name).items()}
+
+
+DEFAULT = Bindings(_merged("keys"), _merged("pad"), _merged("mouse"))
 
 # Names as the help shows them, where they are not just in capitals; an empty one is not shown.
 _SHOWN = {"left shift": "Shift", "right shift": "", "page up": "PgUp", "page down": "PgDn", "escape": "Esc", "up": "Up",
-          "left": "Left", "down": "Down", "right": "Right", "keypad -": "", "keypad +": "", "+": "",
-          "backspace": "Backspace"}
+          "left": "Left", "down": "Down", "right": "Right", "keypad -": "", "keypad +": "", "+": "", "space": "Space",
+          "backspace": "Backspace", "delete": "Del", "tab": "Tab", "ctrl": "Ctrl", "shift": "Shift"}
 _PAD_SHOWN = {"dpad_up": "d-pad up", "dpad_down": "down", "dpad_left": "d-pad left", "dpad_right": "right",
-              "leftshoulder": "left shoulder", "rightshoulder": "right shoulder", "back": "Back", "start": "Start"}
+              "leftshoulder": "left shoulder", "rightshoulder": "right shoulder", "back": "Back", "start": "Start",
+              "righttrigger": "right trigger", "lefttrigger": "left trigger", "left stick": "left stick",
+              "right stick": "right stick", "leftstick": "press left stick", "rightstick": "press right stick"}
+_MOUSE_SHOWN = {"left": "click", "right": "", "middle": "", "wheel up": "wheel", "wheel down": ""}
 
 
-def help_rows() -> list[tuple[str, str, str, str]]:
-    """(what it does, keys, mouse, gamepad) for every control, as the help overlay and the README show them."""
-    return [(control.help, _keys_text(control), control.mouse, _pad_text(control)) for control in CONTROLS]
+def _text(columns: list[Names], shown: Mapping[str, str]) -> str:
+    """Names of several actions: the first of each together, then the second of each, and so on."""
+    if len(columns) > 4:  # a row of numbers
+        return f"{_name(columns[0][0], shown)} .. {_name(columns[-1][0].split('+')[-1], shown)}"
+    rows = [[names[place] for names in columns if place < len(names)]
+            for place in range(max(map(len, columns), default=0))]
+    return ", ".join(text for row in rows if (text := _row(row, shown)))
 
 
-def _keys_text(control: Control) -> str:
-    if len(control.keys) > 4:  # a row of numbers
-        first, *_, last = (keys[0] for keys in control.keys.values())
-        return f"{first} .. {last}"
-    columns = max((len(keys) for keys in control.keys.values()), default=0)
-    alternatives = []
-    for column in range(columns):
-        names = [_SHOWN.get(keys[column], keys[column].upper()) for keys in control.keys.values() if column < len(keys)]
-        alternatives.append(" ".join(name for name in names if name))
-    return ", ".join(text for text in alternatives if text)
+def _row(names: list[str], shown: Mapping[str, str]) -> str:
+    """Names that are shown together; a prefix that they share is said once."""
+    prefix = names[0][:names[0].rfind("+", 0, -1) + 1]
+    rest = [names[0], *(name.removeprefix(prefix) for name in names[1:])]
+    return " ".join(filter(None, (_name(name, shown) for name in rest)))
 
 
-def _pad_text(control: Control) -> str:
-    buttons = ", ".join(_PAD_SHOWN.get(button, button.upper()) for button in control.pad.values())
-    return " or ".join(text for text in (control.stick, buttons) if text)
+def _name(name: str, shown: Mapping[str, str]) -> str:
+    """`ctrl+f` as `Ctrl + F`."""
+    parts = [name] if name in shown or name.endswith("+") else name.split("+")
+    return " + ".join(shown.get(part, part.upper()) for part in parts)

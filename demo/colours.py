@@ -7,19 +7,23 @@ from typing import Mapping
 import numpy as np
 
 from sim.skeleton import PART_NAMES
+from sim.worn import Worn
 
 OWN_STYLE = (0.545, 0.62, 0.69)  # grey-blue, of every part that keeps its own style
 TWIN = (0.74, 0.76, 0.78)  # the neutral twin
+GHOST = (0.30, 0.42, 0.62)  # the neutral twin seen through
+PAST = (0.42, 0.36, 0.62)  # the last half second
+BONES = (0.10, 0.12, 0.16)
 GOLDEN_TURN = 0.61803398875
 
 
 @lru_cache(maxsize=None)
 def style_colour(name: str) -> tuple[float, float, float]:
-    """The colour of a style, from its name alone: display red, green, blue in 0..1, equally strong for every name."""
+    """The colour of a style, from its name alone: display red, green, blue in 0..1."""
     number = zlib.crc32(name.encode())
     hue = 2 * np.pi * (number * GOLDEN_TURN % 1.0)
-    lightness = (0.68, 0.78)[number >> 16 & 1]
-    return oklch(lightness, 0.15, hue)
+    lightness, chroma = (0.58, 0.67, 0.76)[(number >> 16) % 3], (0.10, 0.145)[number >> 24 & 1]
+    return oklch(lightness, chroma, hue)
 
 
 def oklch(lightness: float, chroma: float, hue: float) -> tuple[float, float, float]:
@@ -34,13 +38,19 @@ def oklch(lightness: float, chroma: float, hue: float) -> tuple[float, float, fl
     return tuple(float(channel) for channel in np.clip(linear, 0, 1) ** (1 / 2.2))
 
 
-def part_colours(style: Mapping[str, tuple[str, float]]) -> np.ndarray:
+def part_colours(style: Mapping[str, Worn]) -> np.ndarray:
     """(5, 3) colours of the body parts, in the order of PART_NAMES: neutral to the style's as strength grows to 1."""
     colours = np.tile(OWN_STYLE, (len(PART_NAMES), 1))
-    for part, (name, strength) in style.items():
+    for part, worn in style.items():
         row = PART_NAMES.index(part)
-        colours[row] += (np.array(style_colour(name)) - colours[row]) * min(strength, 1.0)
+        colours[row] += (worn_colour(worn) - colours[row]) * min(worn[1], 1.0)
     return colours
+
+
+def worn_colour(worn: Worn) -> np.ndarray:
+    """(3,) the colour of a style, or the mixture of two styles' in the shares in which they are blended."""
+    first = np.array(style_colour(worn[0]))
+    return first if len(worn) == 2 else first + (np.array(style_colour(worn[2])) - first) * worn[3]
 
 
 def brightened(colours: np.ndarray, glow: Mapping[str, float]) -> np.ndarray:

@@ -9,29 +9,39 @@ import pygame
 from pygame._sdl2 import controller
 
 from demo import bindings, steering
+from demo.bindings import DEFAULT, Bindings
+from demo.pointer import Pointer
 from sim.command import Command
+from sim.worn import Worn
 
 FULL_AXIS = 32767.0
 TRIGGER_HELD = 0.35
-ORBIT_PER_PIXEL = 0.006  # radians
 ORBIT_RATE = 2.5  # radians a second at full stick
-PAD_BUTTONS = {getattr(pygame, f"CONTROLLER_BUTTON_{name.upper()}"): action
-               for name, action in bindings.PAD_BUTTONS.items()}
-STICKS = {"left": (pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY),
-          "right": (pygame.CONTROLLER_AXIS_RIGHTX, pygame.CONTROLLER_AXIS_RIGHTY)}
-TRIGGERS = {"left": pygame.CONTROLLER_AXIS_TRIGGERLEFT, "right": pygame.CONTROLLER_AXIS_TRIGGERRIGHT}
+STICKS = {"left stick": (pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY),
+          "right stick": (pygame.CONTROLLER_AXIS_RIGHTX, pygame.CONTROLLER_AXIS_RIGHTY)}
+TRIGGERS = {"lefttrigger": pygame.CONTROLLER_AXIS_TRIGGERLEFT, "righttrigger": pygame.CONTROLLER_AXIS_TRIGGERRIGHT}
+SHIFT_TRIGGER = "lefttrigger+"
+KEY_PREFIXES = ("ctrl+", "shift+")  # in this order before the name of a key
+KEY_MASKS = (pygame.KMOD_CTRL | pygame.KMOD_META, pygame.KMOD_SHIFT)  # Command on a Mac does as Ctrl elsewhere
+MODES = {"menu": (bindings.MENU_KEYS, bindings.MENU_PAD), "typing": (bindings.TYPING_KEYS, {})}
+# Any of these is a person who wants to do something; so is a stick out of its dead zone (the action `stick`).
+WAKING = (pygame.KEYDOWN, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL, pygame.CONTROLLERBUTTONDOWN)
 
 
 class Devices:
     """Needs an open window. `handle` takes the events of a frame, `command` gives what they ask for."""
 
-    def __init__(self) -> None:
-        self._keys = {pygame.key.key_code(name): action for name, action in bindings.KEYS.items()}
-        self._held: set[str] = set()
+    def __init__(self, table: Bindings = DEFAULT) -> None:
+        self.mode = ""  # or one of MODES, whose keys and buttons go first
+        self.pointer = Pointer(table.actions("mouse"))
+        self._keys = {_key(name): action for name, action in table.actions("keys").items()}
+        self._modes = {mode: ({_key(name)[1]: action for name, action in keys.items()}, buttons)
+                       for mode, (keys, buttons) in MODES.items()}
+        self._buttons = table.actions("pad")
+        self._held: dict[int | str, str] = {}  # code of a key or name of a button that is down -> its action
         self._facing: float | None = None  # the yaw that the facing keys hold
         self._pads: dict[int, controller.Controller] = {}
         self._pad: controller.Controller | None = None
-        self.orbit, self.zoom = [0.0, 0.0], 0.0  # camera motion since it was last taken
         controller.init()
         for index in range(controller.get_count()):
             self._plug(index)
@@ -46,75 +56,87 @@ class Devices:
         """Whether the facing keys hold a direction."""
         return self._facing is not None
 
+    def holds(self, action: str) -> bool:
+        """Whether a key, a button, a trigger or the mouse holds an action."""
+        trigger = next((name for name in TRIGGERS if self._buttons.get(name) == action), None)
+        return action in self._held.values() or action == self.pointer.held or bool(trigger and self._trigger(trigger))
+
     def handle(self, events: Iterable[pygame.event.Event]) -> list[str]:
         """The actions that a frame's events ask for, in order: names of demo.bindings, and those of `_HANDLERS`."""
         actions = []
         for event in events:
+            if event.type in WAKING:
+                actions.append("wake")
             handler = self._HANDLERS.get(event.type)
-            action = handler(self, event) if handler else None
-            if action:
-                actions.append(action)
+            asked = handler(self, event) if handler else None
+            actions += [asked] if isinstance(asked, str) else asked or []
         return actions
 
-    def command(self, camera_yaw: float, facing: float, style: Mapping[str, tuple[str, float]],
-                seconds: float) -> Command:
+    def command(self, camera_yaw: float, facing: float, style: Mapping[str, Worn], seconds: float) -> Command:
         """What is asked for in a frame of `seconds`. camera_yaw: where the camera looks; facing: its own yaw."""
-        stick = steering.stick_of_keys(self._held)
+        held = set(self._held.values())
+        stick = steering.stick_of_keys(held)
         if stick == (0.0, 0.0):
-            stick = self._stick("left")
-        turn = steering.turn_of_keys(self._held, seconds)
+            stick = self._stick("walk")
+        turn = steering.turn_of_keys(held, seconds)
         if turn:
             self._facing = (facing if self._facing is None else self._facing) + turn
         face = None if self._facing is None else steering.direction(self._facing)
-        look = self._stick("right")
+        look = self._stick("face")
         if look != (0.0, 0.0):
-            if self._trigger("left"):
-                self.orbit[0] -= look[0] * ORBIT_RATE * seconds
-                self.orbit[1] -= look[1] * ORBIT_RATE * seconds
-            else:
-                face = steering.to_world(look, camera_yaw)
-        running = "run" in self._held or self._trigger("right")
-        return Command(steering.to_world(stick, camera_yaw), face, "run" if running else "walk", style)
+            face = steering.to_world(look, camera_yaw)
+        orbit = self._stick("orbit")
+        self.pointer.orbit[0] -= orbit[0] * ORBIT_RATE * seconds
+        self.pointer.orbit[1] -= orbit[1] * ORBIT_RATE * seconds
+        return Command(steering.to_world(stick, camera_yaw), face, "run" if self.holds("run") else "walk", style)
 
-    def take_camera(self) -> tuple[float, float, float]:
-        """Orbit about the vertical and up, in radians, and zoom notches since the last call."""
-        motion = (*self.orbit, self.zoom)
-        self.orbit, self.zoom = [0.0, 0.0], 0.0
-        return motion
+    def take_camera(self) -> tuple[float, float]:
+        """Orbit about the vertical and up, in radians, since the last call."""
+        orbit, self.pointer.orbit = tuple(self.pointer.orbit), [0.0, 0.0]
+        return orbit
 
     # ---- events -----------------------------------------------------------
 
     def _key_down(self, event) -> str | None:
-        action = self._keys.get(event.key)
+        if self.mode and event.key in self._modes[self.mode][0]:
+            return self._modes[self.mode][0][event.key]
+        ctrl, shift = (KEY_PREFIXES[place] if event.mod & mask else "" for place, mask in enumerate(KEY_MASKS))
+        if self.mode == "typing" and not ctrl:
+            return None
+        # Shift alone is also how one runs: a key that means nothing with it means what it does without.
+        action = self._keys.get((ctrl + shift, event.key)) or self._keys.get((ctrl, event.key))
         if action:
-            self._held.add(action)
+            self._held[event.key] = action
         if action == "face_free":
             self._facing = None
         return action
 
     def _key_up(self, event) -> None:
-        self._held.discard(self._keys.get(event.key))
+        self._held.pop(event.key, None)
+
+    def _text(self, event) -> str | None:
+        return f"text:{event.text}" if self.mode == "typing" else None
 
     def _let_go(self, event) -> None:
         self._held.clear()  # keys released while another window has the keyboard are never reported
-
-    def _wheel(self, event) -> str | None:
-        if pygame.key.get_mods() & pygame.KMOD_CTRL:
-            self.zoom += event.y
-            return None
-        return "style_previous" if event.y > 0 else "style_next" if event.y < 0 else None
-
-    def _mouse_motion(self, event) -> None:
-        if any(event.buttons):
-            self.orbit[0] -= event.rel[0] * ORBIT_PER_PIXEL
-            self.orbit[1] += event.rel[1] * ORBIT_PER_PIXEL
+        self.pointer.let_go()
 
     def _pad_button(self, event) -> str | None:
         self._use(event)
-        action = PAD_BUTTONS.get(event.button)
+        name = _button_name(event.button)
+        if self.mode and name in self._modes[self.mode][1]:
+            return self._modes[self.mode][1][name]
+        shifted = SHIFT_TRIGGER + name
+        plain = not self._trigger("lefttrigger") or shifted not in self._buttons
+        action = self._buttons.get(name if plain else shifted)
+        if action:
+            self._held[name] = action
         if action == "face_free":
             self._facing = None
         return action
+
+    def _pad_button_up(self, event) -> None:
+        self._held.pop(_button_name(event.button), None)
 
     def _pad_axis(self, event) -> str | None:
         if abs(event.value) < steering.DEAD_ZONE * FULL_AXIS:
@@ -132,17 +154,22 @@ class Devices:
         pad = self._pads.pop(event.instance_id, None)
         if pad is None:
             return None
+        self._held = {name: action for name, action in self._held.items() if isinstance(name, int)}
         if pad is self._pad:
             self._pad = next(iter(self._pads.values()), None)
         return "pad_removed"
 
     _HANDLERS = {
-        pygame.KEYDOWN: _key_down, pygame.KEYUP: _key_up, pygame.WINDOWFOCUSLOST: _let_go,
-        pygame.MOUSEWHEEL: _wheel, pygame.MOUSEMOTION: _mouse_motion,
-        pygame.CONTROLLERBUTTONDOWN: _pad_button, pygame.CONTROLLERAXISMOTION: _pad_axis,
+        pygame.KEYDOWN: _key_down, pygame.KEYUP: _key_up, pygame.TEXTINPUT: _text, pygame.WINDOWFOCUSLOST: _let_go,
+        pygame.MOUSEBUTTONDOWN: lambda self, event: self.pointer.down(event),
+        pygame.MOUSEBUTTONUP: lambda self, event: self.pointer.up(event),
+        pygame.MOUSEMOTION: lambda self, event: self.pointer.motion(event),
+        pygame.MOUSEWHEEL: lambda self, event: self.pointer.wheel(event),
+        pygame.CONTROLLERBUTTONDOWN: _pad_button, pygame.CONTROLLERBUTTONUP: _pad_button_up,
+        pygame.CONTROLLERAXISMOTION: _pad_axis,
         pygame.CONTROLLERDEVICEADDED: _pad_added, pygame.CONTROLLERDEVICEREMOVED: _pad_removed,
         pygame.VIDEORESIZE: lambda self, event: "resized", pygame.WINDOWSIZECHANGED: lambda self, event: "resized",
-        pygame.QUIT: lambda self, event: "leave",
+        pygame.QUIT: lambda self, event: "quit",
     }
 
     # ---- gamepads -----------------------------------------------------------
@@ -166,9 +193,32 @@ class Devices:
         except pygame.error:
             return 0.0
 
-    def _stick(self, side: str) -> steering.Vector:
-        x, y = (self._axis(number) for number in STICKS[side])
-        return steering.dead_zone(x, -y)  # SDL's sticks count down the screen
+    def _stick(self, action: str) -> steering.Vector:
+        """What the stick that is bound to an action says: with the left trigger held, one bound to `lefttrigger+`."""
+        for name, bound in self._buttons.items():
+            plain = name.removeprefix(SHIFT_TRIGGER)
+            if bound == action and plain in STICKS:
+                shifted = self._trigger("lefttrigger") and SHIFT_TRIGGER + plain in self._buttons
+                if shifted == name.startswith(SHIFT_TRIGGER):
+                    x, y = (self._axis(number) for number in STICKS[plain])
+                    return steering.dead_zone(x, -y)  # SDL's sticks count down the screen
+        return 0.0, 0.0
 
-    def _trigger(self, side: str) -> bool:
-        return self._axis(TRIGGERS[side]) > TRIGGER_HELD
+    def _trigger(self, name: str) -> bool:
+        return self._axis(TRIGGERS[name]) > TRIGGER_HELD
+
+
+def _key(name: str) -> tuple[str, int]:
+    """Its prefixes and the code of a key: `ctrl+1` -> ("ctrl+", 49)."""
+    plain = name
+    for prefix in KEY_PREFIXES:
+        plain = plain.removeprefix(prefix)
+    return name[:len(name) - len(plain)], pygame.key.key_code(plain)
+
+
+_BUTTON_NAMES = {getattr(pygame, name): name.removeprefix("CONTROLLER_BUTTON_").lower() for name in vars(pygame)
+                 if name.startswith("CONTROLLER_BUTTON_")}
+
+
+def _button_name(number: int) -> str:
+    return _BUTTON_NAMES.get(number, "")

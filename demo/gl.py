@@ -139,13 +139,14 @@ class Target:
         GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self.handle)
         GL.glViewport(0, 0, self.width, self.height)
 
-    def resolve_to(self, framebuffer: int) -> None:
-        """Copies the colours, samples averaged, to another framebuffer and leaves that one bound."""
-        box = (0, 0, self.width, self.height)
+    def resolve_to(self, framebuffer: int, size: tuple[int, int]) -> None:
+        """Copies the colours, samples averaged, to all of another framebuffer of (width, height) pixels and leaves that
+        bound. Only a picture without samples may be magnified."""
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self.handle)
         GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, framebuffer)
-        GL.glBlitFramebuffer(*box, *box, GL.GL_COLOR_BUFFER_BIT, GL.GL_NEAREST)
-        GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, framebuffer)
+        GL.glBlitFramebuffer(0, 0, self.width, self.height, 0, 0, *size, GL.GL_COLOR_BUFFER_BIT,
+                             GL.GL_NEAREST if size == (self.width, self.height) else GL.GL_LINEAR)
+        bind_framebuffer(framebuffer, size)
 
     def delete(self) -> None:
         """Frees it."""

@@ -1,39 +1,12 @@
-"""The head-up display: panels of text as small tables, drawn with pygame's own font and laid over the scene."""
+"""The head-up display: panels of widgets stacked at the borders of the window, and what lies under the mouse."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Iterable
 
-import pygame
+from demo.canvas import ACCENT, BACKGROUND, Canvas
+from demo.widgets import Region, Widget
 
-INK = (1.0, 1.0, 1.0)
-FAINT = (0.68, 0.73, 0.78)
-ACCENT = (1.0, 0.83, 0.42)
-ALERT = (1.0, 0.55, 0.48)
-BACKGROUND, LIT = (18, 24, 32, 214), (70, 86, 104, 240)
-
-TEXT_PIXELS = 17  # at a window height of 720
-PADDING, GAP, LINE, MARGIN = 11, 13, 23, 14  # round the text, between columns, from line to line, at the border
-OVERSAMPLING = 2
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A piece of text; with `swatch`, a dot of that colour stands before it."""
-
-    text: str
-    colour: tuple[float, float, float] = INK
-    swatch: tuple[float, float, float] | None = None
-
-
-@dataclass(frozen=True)
-class Panel:
-    """Rows of cells in aligned columns, at one of ANCHORS. Equal panels look equal, so a panel is its own cache key."""
-
-    rows: tuple[tuple[Cell, ...], ...]
-    anchor: str = "top left"
-    lit_rows: tuple[int, ...] = ()  # rows with a lighter background
-
+PADDING, SPACE, MARGIN = 10, 3, 14  # round the widgets, between them, at the window's border
 
 ANCHORS = {  # where a panel sits: fractions of the free width and height, and which way the next one there is stacked
     "top left": (0.0, 0.0, 1), "top": (0.5, 0.0, 1), "top right": (1.0, 0.0, 1), "center": (0.5, 0.45, 1),
@@ -41,76 +14,97 @@ ANCHORS = {  # where a panel sits: fractions of the free width and height, and w
 }
 
 
+@dataclass(frozen=True)
+class Panel:
+    """Widgets under each other, at one of ANCHORS. Equal panels look equal, so a panel is its own cache key."""
+
+    widgets: tuple[Widget, ...]
+    anchor: str = "top left"
+    width: float = 0  # the least width of the widgets, in units
+    lift: float = 0  # units that it, and what is stacked on it, lies farther from its border
+
+
+@dataclass(frozen=True)
+class Highlight:
+    """The frame about what lies under the mouse, in units."""
+
+    width: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A panel in the window: `box` left, top, width, height in pixels, `scale` pixels a unit."""
+
+    panel: Panel | Highlight
+    box: tuple[int, int, int, int]
+    scale: float
+
+    @property
+    def key(self) -> tuple:
+        """What its look depends on."""
+        return self.panel, self.scale
+
+    def pixels(self) -> bytes:
+        """RGBA with premultiplied alpha."""
+        if isinstance(self.panel, Highlight):
+            canvas = Canvas(self.panel.width, self.panel.height, self.scale)
+            canvas.frame((0, 0, self.panel.width, self.panel.height), ACCENT)
+            return canvas.rgba()
+        (width, height), boxes = _layout(self.panel)
+        canvas = Canvas(width, height, self.scale)
+        canvas.box((0, 0, width, height), BACKGROUND, 7)
+        for widget, box in zip(self.panel.widgets, boxes, strict=True):
+            widget.paint(canvas, box)
+        return canvas.rgba()
+
+    def regions(self) -> list[Region]:
+        """Where it can be touched, in pixels of the window."""
+        if isinstance(self.panel, Highlight):
+            return []
+        left, top = self.box[:2]
+        regions = [region for widget, box in zip(self.panel.widgets, _layout(self.panel)[1], strict=True)
+                   for region in widget.regions(box)]
+        return [replace(region, box=(left + region.box[0] * self.scale, top + region.box[1] * self.scale,
+                                     region.box[2] * self.scale, region.box[3] * self.scale)) for region in regions]
+
+
 def scale_for(size: tuple[int, int]) -> float:
-    """How much larger than at 1280 x 720 the text is, in quarters: readable in a small window and on a dense screen."""
+    """Pixels a unit, in quarters: readable in a small window and on a dense screen."""
     return max(0.75, round(4 * min(size[0] / 1280, size[1] / 720)) / 4)
 
 
-@lru_cache(maxsize=8)
-def _font(scale: float) -> pygame.font.Font:
-    pygame.font.init()
-    return pygame.font.Font(None, round(TEXT_PIXELS * 1.3 * scale))
-
-
 @lru_cache(maxsize=64)
-def _layout(panel: Panel, scale: float) -> tuple[tuple[int, int], tuple[int, ...]]:
-    """The panel's size in pixels and the left border of each column."""
-    font = _font(scale * OVERSAMPLING)
-    gap = GAP * scale
-    widths = [max(font.size(row[column].text)[0] / OVERSAMPLING + (gap * 1.5 if row[column].swatch else 0)
-                  for row in panel.rows if column < len(row)) for column in range(max(map(len, panel.rows)))]
-    lefts = [PADDING * scale + sum(widths[:column]) + gap * column for column in range(len(widths))]
-    width = 2 * PADDING * scale + sum(widths) + gap * (len(widths) - 1)
-    return (round(width), round((len(panel.rows) * LINE + PADDING) * scale)), tuple(map(round, lefts))
+def _layout(panel: Panel) -> tuple[tuple[float, float], tuple]:
+    """The panel's size in units and the box of each widget in it."""
+    sizes = [widget.size() for widget in panel.widgets]
+    width = max(panel.width, *(size[0] for size in sizes))
+    boxes, top = [], PADDING
+    for _, height in sizes:
+        boxes.append((PADDING, top, width, height))
+        top += height + SPACE
+    return (width + 2 * PADDING, top - SPACE + PADDING), tuple(boxes)
 
 
-def rasterise(panel: Panel, scale: float) -> pygame.Surface:
-    """The panel with premultiplied alpha: drawn large and made small, so that letters keep their distances."""
-    size, lefts = ((OVERSAMPLING * number for number in numbers) for numbers in _layout(panel, scale))
-    large = _draw(panel, scale * OVERSAMPLING, tuple(size), lefts)
-    return pygame.transform.smoothscale(large.premul_alpha(), _layout(panel, scale)[0])
-
-
-def _draw(panel: Panel, scale: float, size: tuple[int, int], lefts: Iterable[int]) -> pygame.Surface:
-    font, lefts = _font(scale), tuple(lefts)
-    surface = pygame.Surface(size, pygame.SRCALPHA)
-    pygame.draw.rect(surface, BACKGROUND, surface.get_rect(), border_radius=round(7 * scale))
-    for number, row in enumerate(panel.rows):
-        top = (PADDING / 2 + number * LINE) * scale
-        if number in panel.lit_rows:
-            inset = round(4 * scale)
-            bar = pygame.Rect(inset, round(top + scale), size[0] - 2 * inset, round((LINE - 2) * scale))
-            pygame.draw.rect(surface, LIT, bar, border_radius=inset)
-        for cell, left in zip(row, lefts, strict=False):  # a short row leaves columns empty
-            middle = top + LINE * scale / 2
-            if cell.swatch:
-                radius = 0.52 * GAP * scale
-                pygame.draw.circle(surface, _bytes(cell.swatch), (left + radius, middle), radius)
-                left += round(1.5 * GAP * scale)
-            text = font.render(cell.text, True, _bytes(cell.colour))
-            surface.blit(text, (left, round(middle - text.get_height() / 2)))
-    return surface
-
-
-def _bytes(colour: tuple[float, float, float]) -> tuple[int, ...]:
-    return tuple(round(255 * channel) for channel in colour)
-
-
-def place(panels: tuple[Panel, ...], size: tuple[int, int]) -> list[tuple]:
-    """For each panel (key, left, top, (width, height), function giving premultiplied RGBA bytes), in pixels."""
+def place(panels: tuple[Panel, ...], size: tuple[int, int]) -> list[Placed]:
+    """Where the panels go in a window of that size in pixels; those at one anchor are stacked in their order."""
     scale = scale_for(size)
     margin = round(MARGIN * scale)
     used = dict.fromkeys(ANCHORS, 0)
     placed = []
     for panel in panels:
         across, down, direction = ANCHORS[panel.anchor]
-        width, height = _layout(panel, scale)[0]
+        width, height = (round(side * scale) for side in _layout(panel)[0])
         left = round(margin + across * (size[0] - 2 * margin - width))
+        used[panel.anchor] = max(used[panel.anchor], round(panel.lift * scale))
         top = round(margin + down * (size[1] - 2 * margin - height)) + direction * used[panel.anchor]
         used[panel.anchor] += height + margin // 2
-        placed.append(((panel, scale), left, top, (width, height), lambda panel=panel: _rgba(rasterise(panel, scale))))
+        placed.append(Placed(panel, (left, top, width, height), scale))
     return placed
 
 
-def _rgba(surface: pygame.Surface) -> bytes:
-    return pygame.image.tobytes(surface, "RGBA")
+def highlight(region: Region, size: tuple[int, int]) -> Placed:
+    """The frame about a region of a window of that size."""
+    scale = scale_for(size)
+    left, top, width, height = (round(side) for side in region.box)
+    return Placed(Highlight(width / scale, height / scale), (left, top, width, height), scale)

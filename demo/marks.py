@@ -1,10 +1,11 @@
-"""Marks on the ground for a frame: soft contact shades, rings under planted feet, the arrow of the asked velocity."""
+"""Marks for a frame: shades and rings under the feet, the arrow of the asked velocity, skeleton and ways as lines."""
 
 import numpy as np
 
+from demo.view import Paths
 from sim.pose import Pose
 from sim.session import Frame
-from sim.skeleton import CONTACT_JOINTS, INDEX
+from sim.skeleton import CONTACT_JOINTS, INDEX, PARENTS
 
 DISC, RING, ARROW = 0, 1, 2
 ARROW_SECONDS = 0.55  # the arrow is as long as the way of this time
@@ -13,6 +14,9 @@ RING_RADII = (0.105, 0.085, 0.105, 0.085)  # metres, of CONTACT_JOINTS
 SHADE = (0.10, 0.12, 0.16)
 CONTACT = (0.13, 0.60, 0.56)
 WISH = (0.97, 0.60, 0.16)
+PREDICTED = (0.10, 0.55, 0.62)
+PAST = (0.42, 0.46, 0.52)
+WAY_HEIGHT = 0.012  # metres that ways lie above the floor
 
 
 def shades(pose: Pose, shift=(0.0, 0.0, 0.0)) -> list[tuple]:
@@ -39,3 +43,34 @@ def arrow(frame: Frame) -> list[tuple]:
         return []
     start = frame.styled.root_position[[0, 2]] + way / reach * 0.42
     return [(*start, *way, *WISH, 0.85, ARROW, 0.085)]
+
+
+def skeleton(pose: Pose, colour, scale: float, shift=(0.0, 0.0, 0.0)) -> list[tuple]:
+    """Lines from joint to joint and a dot on each, `scale` pixels a unit."""
+    places = pose.positions + shift
+    rows = [_line(places[parent], place, (*colour, 0.85), 1.3 * scale)
+            for parent, place in zip(PARENTS[1:], places[1:], strict=True)]
+    return rows + [_line(place, place, (*colour, 1.0), 3.2 * scale) for place in places]
+
+
+def paths(ways: Paths, scale: float) -> list[tuple]:
+    """The way gone, asked and predicted: a line each, with a dot at every sample of the two to come."""
+    here = ways.past[-1]
+    rows = _way(ways.past, PAST, scale)
+    for way, colour, width in ((ways.predicted, PREDICTED, 1.6), (ways.asked, WISH, 1.0)):
+        rows += _way([here, *way], colour, scale * width)
+        rows += [_line(_on_floor(at), _on_floor(at), (*colour, 1.0), 4.0 * scale) for at in way]
+    return rows
+
+
+def _way(points, colour, scale: float) -> list[tuple]:
+    return [_line(_on_floor(a), _on_floor(b), (*colour, 0.9), 1.4 * scale) for a, b in zip(points, points[1:], strict=False)]
+
+
+def _on_floor(point) -> tuple[float, float, float]:
+    return point[0], WAY_HEIGHT, point[1]
+
+
+def _line(start, stop, colour, half_width: float) -> tuple:
+    """A row for the pass that draws lines: half_width in pixels."""
+    return (*start, half_width, *stop, 0.0, *colour)

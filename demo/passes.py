@@ -9,9 +9,10 @@ from OpenGL import GL
 
 from demo import gl, shaders
 from demo.body import VISOR, Figure
+from demo.hud import Placed
 from demo.skin import Skin, make_skin
 
-SKIN_CELL, SHADOW_CELL = 0.022, 0.045  # metres: the shadow is blurred, coarser triangles do
+SKIN_CELL, GHOST_CELL, SHADOW_CELL = 0.022, 0.030, 0.045  # metres: the shadow is blurred, coarser triangles do
 SHADOW_PIXELS = 144
 RIM_FACING, HIDDEN_FACING = 0.7, -0.5  # cosines to the eye: far from any outline, and turned away for sure
 
@@ -23,7 +24,7 @@ class Bodies:
         self._lit = gl.program(shaders.BODY_VERTEX, shaders.BODY_FRAGMENT)
         self._ghost = gl.program(shaders.BODY_VERTEX, shaders.GHOST_FRAGMENT)
         self._flat = gl.program(shaders.SHADOW_VERTEX, shaders.SHADOW_FRAGMENT)
-        self._fine, self._coarse = _Meshes(SKIN_CELL), _Meshes(SHADOW_CELL)
+        self._fine, self._medium, self._coarse = map(_Meshes, (SKIN_CELL, GHOST_CELL, SHADOW_CELL))
 
     def draw_shadow(self, figures: list[Figure], **uniforms) -> None:
         """Flattens the figures along the light; the darkest place counts, so overlaps do not add up."""
@@ -51,7 +52,7 @@ class Bodies:
     def draw_ghosts(self, ghosts: list[tuple[Figure, float]], **uniforms) -> None:
         """Figures that can be seen through, each with its opacity; what is solid hides them."""
         self._ghost.use(edges=0.5, **uniforms)
-        meshes = self._coarse.posed([figure for figure, _ in ghosts])
+        meshes = self._medium.posed([figure for figure, _ in ghosts])
         with _solid():
             GL.glEnable(GL.GL_BLEND)
             GL.glDepthMask(False)
@@ -218,14 +219,15 @@ class Panels:
         self._program = gl.program(shaders.PANEL_VERTEX, shaders.PANEL_FRAGMENT)
         self._textures: dict = {}
 
-    def draw(self, pictures: list[tuple], width: int, height: int) -> None:
-        """pictures: those of demo.hud.place, in a window of width x height pixels."""
+    def draw(self, placed: list[Placed], width: int, height: int) -> None:
+        """Draws panels where demo.hud has put them in a window of width x height pixels."""
         GL.glBindVertexArray(self._array)
         GL.glEnable(GL.GL_BLEND)
         GL.glBlendFunc(GL.GL_ONE, GL.GL_ONE_MINUS_SRC_ALPHA)
         kept = {}
-        for key, left, top, (w, h), pixels in pictures:
-            kept[key] = handle = self._textures.pop(key, None) or gl.texture(w, h, pixels())
+        for panel in placed:
+            left, top, w, h = panel.box
+            kept[panel.key] = handle = self._textures.pop(panel.key, None) or gl.texture(w, h, panel.pixels())
             GL.glBindTexture(GL.GL_TEXTURE_2D, handle)
             self._program.use(box=(2 * left / width - 1, 1 - 2 * (top + h) / height, 2 * w / width, 2 * h / height))
             GL.glDrawArrays(GL.GL_TRIANGLE_STRIP, 0, 4)

@@ -21,10 +21,15 @@ def run(args: argparse.Namespace) -> int:
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
     if has_display():
+        from demo import user_bindings
         from demo.live import run_live
+        from demo.presets import Presets
+        from sim import recording
+        bindings, presets = user_bindings.load(), Presets()  # first: a mistake in a file is said before anything opens
         session = assemble.build_session()
         try:
-            report = run_live(session, session.stylizer.styles, stream=stream)
+            report = run_live(session, session.stylizer.styles, attract=recording.read(assemble.BUNDLED_RECORDING),
+                              bindings=bindings, presets=presets, stream=stream)
         except (NoDisplay, NoGL) as error:
             reason = str(error)
         else:

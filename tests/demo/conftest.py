@@ -10,5 +10,6 @@ SIZE = (320, 180)
 @pytest.fixture
 def screen(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
     with offscreen(SIZE) as opened:
         yield opened

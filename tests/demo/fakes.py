@@ -68,7 +68,7 @@ class Bender:
 
     def step(self, window: np.ndarray, neutral: Pose, style) -> Pose:
         local = neutral.local_rotations.copy()
-        for part, (name, strength) in style.items():
+        for part, (name, strength, *_) in style.items():
             if name not in BENDS:
                 raise ValueError(f"unknown style '{name}'")
             joints = [joint for joint in PARTS[part] if joint != 0]
@@ -85,9 +85,24 @@ def fake_session() -> Session:
     return Session(Walker(), Bender())
 
 
-def key(name: str, down: bool = True) -> pygame.event.Event:
-    """The event of a key going down or up, by pygame's name of it."""
-    return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=pygame.key.key_code(name), mod=0)
+def key(name: str, down: bool = True, mod: int = 0) -> pygame.event.Event:
+    """The event of a key going down or up, by pygame's name of it, with modifiers such as pygame.KMOD_CTRL."""
+    return pygame.event.Event(pygame.KEYDOWN if down else pygame.KEYUP, key=pygame.key.key_code(name), mod=mod)
+
+
+def text(letters: str) -> pygame.event.Event:
+    """The event of letters that were typed."""
+    return pygame.event.Event(pygame.TEXTINPUT, text=letters)
+
+
+def mouse(kind: int, at: tuple[float, float], **more) -> pygame.event.Event:
+    """An event of the mouse at a point in pixels: pygame.MOUSEBUTTONDOWN, ..UP (button=1), MOUSEMOTION (rel, buttons)."""
+    return pygame.event.Event(kind, pos=(round(at[0]), round(at[1])), **more)
+
+
+def click(at: tuple[float, float], button: int = 1) -> list[pygame.event.Event]:
+    """A button pressed and let go at a point."""
+    return [mouse(pygame.MOUSEBUTTONDOWN, at, button=button), mouse(pygame.MOUSEBUTTONUP, at, button=button)]
 
 
 def offscreen(size: tuple[int, int]) -> Window:

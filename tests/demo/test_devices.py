@@ -1,21 +1,24 @@
 """Keys, sticks and pads become commands and style choices: the plain functions, then SDL events without a screen."""
 
+import random
+
 import numpy as np
 import pygame
 import pytest
 from pygame._sdl2 import controller
 
-from demo import bindings, steering
+from demo import actions, bindings, steering
+from demo.bindings import DEFAULT
 from demo.devices import Devices
-from demo.live import Live
 from demo.style_choice import OWN, StyleChoice
 from sim.command import Command
 from sim.skeleton import GROUPS, PART_NAMES
 from sim.worn import MAX_STRENGTH
-from tests.demo.fakes import key
+from tests.demo.fakes import click, key, mouse, text
 from tests.demo.virtual_pad import VirtualPad
 
-HELD = {"forward", "left", "back", "right", "run", "face_left", "face_right", "face_free"}  # the devices act on these
+# The devices and the pointer act on these.
+HELD = {"forward", "left", "back", "right", "walk", "run", "face_left", "face_right", "face", "face_free", "compare", "orbit"}
 DT = 1 / 60
 
 
@@ -74,7 +77,7 @@ def test_cycling_goes_round_by_the_own_style():
 
 def test_strength_stays_in_its_range_and_steps_by_tenths():
     choice = StyleChoice(["old"])
-    choice.wear("old")
+    choice.choose("old")
     for _ in range(20):
         choice.change_strength(1)
     assert {strength for _, strength in choice.style.values()} == {MAX_STRENGTH}
@@ -88,7 +91,7 @@ def test_strength_stays_in_its_range_and_steps_by_tenths():
 def test_a_command_keeps_the_style_it_was_given():
     choice = StyleChoice(["old"])
     before = choice.style
-    choice.wear("old")
+    choice.choose("old")
     worn = choice.style
     choice.change_strength(1)
     assert before == {} and worn["spine"] == ("old", 1.0) and choice.style["spine"] == ("old", 1.1)
@@ -97,11 +100,11 @@ def test_a_command_keeps_the_style_it_was_given():
 def test_mixed_groups_say_so_and_unknown_names_are_refused():
     choice = StyleChoice(["old", "proud"])
     choice.pick("left_arm")
-    choice.wear("old")
+    choice.choose("old")
     choice.pick("arms")
     assert choice.name == "mixed"
     with pytest.raises(ValueError, match="unknown style 'odl'"):
-        choice.wear("odl")
+        choice.choose("odl")
     with pytest.raises(ValueError, match="unknown body part"):
         choice.pick("tail")
 
@@ -112,25 +115,64 @@ def test_a_bank_without_styles_can_be_cycled():
     assert choice.style == {} and choice.name == OWN
 
 
+def test_two_styles_are_blended_on_a_part():
+    choice = StyleChoice(["old", "proud", "sad"])
+    choice.pick("spine")
+    choice.blending = True
+    choice.choose("proud")
+    assert choice.style == {"spine": ("proud", 1.0)}, "there was nothing to blend it into"
+    choice.choose("old")
+    choice.change_strength(-1)
+    assert choice.style == {"spine": ("proud", 1.0, "old", 0.4)} and (choice.name, choice.other) == ("proud", "old")
+    choice.blending = False
+    choice.change_strength(2)
+    choice.choose("sad")
+    assert choice.style == {"spine": ("sad", 1.2, "old", 0.4)}
+    choice.blending = True
+    choice.choose(OWN)
+    assert choice.style == {"spine": ("sad", 1.2)} and choice.share == 0
+
+
+def test_a_search_leaves_what_holds_its_letters():
+    choice = StyleChoice(["marching", "masculine", "old"])
+    choice.search = "MA"
+    assert choice.shown == ("marching", "masculine")
+    choice.cycle(-1)
+    assert choice.name == "masculine"
+
+
+def test_a_random_mix_dresses_every_part():
+    choice = StyleChoice(["old", "proud"], random.Random(1))
+    choice.mix()
+    assert list(choice.style) == list(PART_NAMES)
+    choice.reset(everything=True)
+    assert choice.style == {}
+
+
 # ---- the table of bindings -----------------------------------------------------------
 
-def test_no_key_or_button_does_two_things():
-    keys = [key for control in bindings.CONTROLS for names in control.keys.values() for key in names]
-    buttons = [button for control in bindings.CONTROLS for button in control.pad.values()]
-    assert len(keys) == len(set(keys)) and len(buttons) == len(set(buttons))
+@pytest.mark.parametrize("device", ["keys", "pad", "mouse"])
+def test_no_key_or_button_does_two_things(device):
+    names = [(action, name) for action, names in getattr(DEFAULT, device).items() for name in names]
+    twice = {name for _, name in names if sum(name == other for _, other in names) > 1}
+    assert twice <= {"left"}, "the left button orbits when it is dragged and touches when it is clicked"
 
 
 def test_every_action_of_the_table_does_something():
-    actions = set(bindings.KEYS.values()) | set(bindings.PAD_BUTTONS.values())
-    picks = {action for action in actions if action.startswith("pick_")}
+    every = {action for device in ("keys", "pad", "mouse") for action in DEFAULT.actions(device).values()}
+    picks = {action for action in every if action.startswith("pick_")}
+    slots = {f"{what}_{slot}" for what in ("preset", "save") for slot in bindings.SLOTS}
     assert {action.removeprefix("pick_") for action in picks} == {*PART_NAMES, *GROUPS}
-    assert actions - picks - HELD <= set(Live._ACTIONS)
+    assert every - picks - slots - HELD <= set(actions.ACTIONS)
 
 
-def test_every_control_is_explained():
-    for what, *controls in bindings.help_rows():
+def test_every_control_is_explained_and_can_be_reached_with_a_gamepad_alone():
+    rows = DEFAULT.help_rows()
+    for what, *controls in rows:
         assert what and any(controls)
-    assert "W A S D" in [keys.split(",")[0] for _, keys, _, _ in bindings.help_rows()]
+    assert "W A S D" in [keys.split(",")[0] for _, keys, _, _ in rows]
+    reached = [control.help for control in bindings.CONTROLS if not control.pad and not control.menu]
+    assert reached == ["wear a preset", "save as a preset"], "which the menu's page of presets does"
 
 
 # ---- devices, with SDL's events -----------------------------------------------------------
@@ -177,16 +219,35 @@ def test_facing_keys_turn_from_where_the_character_faces_and_hold_it(devices):
     assert command_of(devices).face is None
 
 
-def test_the_mouse_orbits_zooms_and_picks_styles(devices):
-    move = pygame.event.Event(pygame.MOUSEMOTION, rel=(10, 5), buttons=(1, 0, 0), pos=(0, 0))
-    assert devices.handle([move, pygame.event.Event(pygame.MOUSEWHEEL, y=1, x=0)]) == ["style_previous"]
-    orbit, lift, zoom = devices.take_camera()
-    assert orbit < 0 < lift and zoom == 0
-    assert devices.take_camera() == (0, 0, 0)
-    pygame.key.set_mods(pygame.KMOD_LCTRL)
-    assert devices.handle([pygame.event.Event(pygame.MOUSEWHEEL, y=2, x=0)]) == []
-    pygame.key.set_mods(0)
-    assert devices.take_camera()[2] == 2
+def test_the_mouse_orbits_zooms_and_touches_the_scene(devices):
+    drag = [mouse(pygame.MOUSEBUTTONDOWN, (5, 5), button=1), mouse(pygame.MOUSEMOTION, (15, 10), rel=(10, 5), buttons=(1, 0, 0)),
+            mouse(pygame.MOUSEBUTTONUP, (15, 10), button=1)]
+    assert devices.handle(drag) == ["wake"], "a drag is no click"
+    orbit, lift = devices.take_camera()
+    assert orbit < 0 < lift and devices.take_camera() == (0, 0)
+    assert devices.handle(click((7, 9))) == ["wake", "touch:7,9"]
+    assert devices.handle([pygame.event.Event(pygame.MOUSEWHEEL, y=2, x=0)]) == ["wake", "zoom_in", "zoom_in"]
+
+
+def test_modifiers_make_other_keys_but_shift_still_runs(devices):
+    ctrl, shift = pygame.KMOD_LCTRL, pygame.KMOD_LSHIFT
+    assert devices.handle([key("1", mod=ctrl)])[1:] == ["preset_1"]
+    assert devices.handle([key("1", mod=ctrl | shift)])[1:] == ["save_1"]
+    assert devices.handle([key("1", mod=shift)])[1:] == ["pick_left_leg"]
+    assert devices.handle([key("backspace", mod=shift)])[1:] == ["reset"]
+    devices.handle([key("w", mod=shift)])
+    assert command_of(devices).move == pytest.approx((0, 1))
+
+
+def test_while_typing_letters_are_text(devices):
+    devices.mode = "typing"
+    assert devices.handle([key("w"), text("w"), key("return")]) == ["wake", "text:w", "wake", "typed"]
+    assert command_of(devices).move == (0, 0)
+
+
+def test_the_menu_takes_the_arrows_and_leaves_the_letters(devices):
+    devices.mode = "menu"
+    assert devices.handle([key("down"), key("return"), key("w")]) == ["wake", "menu_down", "wake", "menu_do", "wake", "forward"]
 
 
 def test_the_command_carries_the_style(devices):
@@ -201,15 +262,18 @@ def test_a_gamepad_comes_steers_and_goes(devices):
     pad.move(pygame.CONTROLLER_AXIS_LEFTX, 1.0)
     pad.move(pygame.CONTROLLER_AXIS_RIGHTY, -1.0)
     pad.move(pygame.CONTROLLER_AXIS_TRIGGERRIGHT, 1.0)
+    pad.move(pygame.CONTROLLER_AXIS_TRIGGERLEFT, 1.0)
     assert "stick" in devices.handle(pygame.event.get())
     command = command_of(devices, camera_yaw=np.pi)
     assert command.move == pytest.approx((1, 0), abs=1e-3) and command.gait == "run"
-    assert command.face == pytest.approx((0, -1), abs=1e-3), "the right stick pushed away faces away from the camera"
-
+    assert command.face == pytest.approx((0, -1), abs=1e-3), "with the left trigger, the right stick pushed away faces away from the camera"
+    assert devices.take_camera() == (0, 0)
+    pad.press(pygame.CONTROLLER_BUTTON_DPAD_UP)
+    assert devices.handle(pygame.event.get()) == ["wake", "zoom_in"]
+    pad.move(pygame.CONTROLLER_AXIS_TRIGGERLEFT, -1.0)
+    assert command_of(devices).face is None and devices.take_camera() != (0, 0), "without it, it orbits"
     pad.press(pygame.CONTROLLER_BUTTON_DPAD_RIGHT)
-    assert devices.handle(pygame.event.get()) == ["style_next"]
-    pad.move(pygame.CONTROLLER_AXIS_TRIGGERLEFT, 1.0)
-    assert command_of(devices).face is None and devices.take_camera()[:2] != (0, 0), "with the left trigger it orbits"
+    assert devices.handle(pygame.event.get()) == ["wake", "style_next"]
 
     pad.pull()
     assert command_of(devices).move == (0, 0), "even before SDL's event is read"

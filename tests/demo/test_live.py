@@ -87,7 +87,7 @@ def test_keys_steer_pick_style_and_leave(screen):
     script = {2: [key("w"), key("left shift")], 10: [key("4"), key("]"), key("-"), key("-")], 20: [key("n")],
               30: [key("escape")]}
     live, commands = play(screen, script, seconds=5)
-    assert live.leaving and live.frames < 40 and live.view.twin
+    assert live.leaving and live.frames < 40 and live.view.twin == "beside"
     assert commands[0].move == (0, 0)
     assert np.hypot(*commands[15].move) == pytest.approx(1) and commands[15].gait == "run"
     away = live.view.camera.forward[[0, 2]]
@@ -142,12 +142,12 @@ def test_a_screenshot_is_the_picture_with_its_text(screen):
 
 def test_hints_go_as_they_are_followed(screen):
     live, _ = play(screen, {}, seconds=0.05)
-    first = live._hints[0]
+    first = live.hints.text
     live.do("style_next")
-    assert live._hints[0] is first, "in their order"
-    for action in ("forward", "pick_spine", "style_next", "stronger", "help"):
+    assert live.hints.text == first and "W A S D" in first, "in their order"
+    for action in ("forward", "pick_spine", "style_next", "stronger", "compare", "help"):
         live.do(action)
-    assert live._hints == []
+    assert live.hints.text is None
 
 
 def test_resizing_reaches_the_renderer(screen):
@@ -162,7 +162,8 @@ def test_resizing_reaches_the_renderer(screen):
 
 
 def texts(panel) -> str:
-    return " ".join(cell.text for row in panel.rows for cell in row)
+    (table,) = panel.widgets
+    return " ".join(cell.text for row in table.rows for cell in row)
 
 
 def test_the_status_line_names_part_style_strength_times_and_missed():
@@ -178,6 +179,6 @@ def test_the_status_line_names_part_style_strength_times_and_missed():
 
 
 def test_the_help_shows_every_control():
-    text = texts(panels.controls())
+    text = texts(panels.help_of())
     for word in ("W A S D", "F12", "Esc", "wheel", "left stick", "record"):
         assert word in text

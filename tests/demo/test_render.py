@@ -11,9 +11,10 @@ import pytest
 
 from demo import body, colours, window
 from demo.camera import Camera
-from demo.hud import Cell, Panel, place
+from demo.hud import Panel, place
 from demo.renderer import Renderer, View
 from demo.skin import make_skin
+from demo.widgets import Cell, Table
 from demo.window import NoDisplay, NoGL, open_window
 from sim.command import Command
 from sim.pose import Pose
@@ -165,7 +166,7 @@ def picture(screen, frame: Frame, view: View, **options) -> np.ndarray:
 def test_golden_picture(screen):
     """After a change that is meant: look at the failed picture in out/, and move it over the golden one."""
     frame = frame_of()
-    pixels = picture(screen, frame, view_of(frame, twin=True), samples=0)
+    pixels = picture(screen, frame, view_of(frame, twin="beside"), samples=0)
     FAILED.parent.mkdir(exist_ok=True)
     pygame.image.save(pygame.image.frombuffer(pixels.astype(np.uint8).tobytes(), SIZE, "RGB"), str(FAILED))
     golden = pygame.surfarray.array3d(pygame.image.load(str(GOLDEN))).swapaxes(0, 1).astype(int)
@@ -213,16 +214,16 @@ def test_a_styled_part_wears_its_colour(screen):
 
 def test_the_twin_stands_beside(screen):
     frame = frame_of()
-    camera = view_of(frame, twin=True).camera
-    alone, both = (picture(screen, frame, View(camera=camera, twin=twin)) for twin in (False, True))
+    camera = view_of(frame, twin="beside").camera
+    alone, both = (picture(screen, frame, View(camera=camera, twin=twin)) for twin in ("", "beside"))
     columns = np.nonzero(np.abs(both - alone).max(-1) > 40)[1]
     assert 0 < columns.mean() < 150, "left of the middle, the character right of it"
 
 
 def test_panels_cover_their_box_only(screen):
-    frame, panel = frame_of(1), Panel(((Cell("left arm"), Cell("old")),), "top left")
+    frame, panel = frame_of(1), Panel((Table(((Cell("left arm"), Cell("old")),)),), "top left")
     changed = np.abs(picture(screen, frame, View(panels=(panel,))) - picture(screen, frame, View())).max(-1) > 3
-    (_, left, top, (width, height), _), = place((panel,), SIZE)
+    left, top, width, height = place((panel,), SIZE)[0].box
     rows, columns = np.nonzero(changed)
     assert (columns.min(), columns.max()) == pytest.approx((left, left + width), abs=2)
     assert (rows.min(), rows.max()) == pytest.approx((top, top + height), abs=2)
@@ -230,7 +231,7 @@ def test_panels_cover_their_box_only(screen):
 
 def test_panel_textures_are_kept_while_shown_and_freed_after(screen):
     frame, renderer = frame_of(1), Renderer(SIZE)
-    panels = [Panel(((Cell(f"line {number}"),),)) for number in range(3)]
+    panels = [Panel((Table(((Cell(f"line {number}"),),)),)) for number in range(3)]
     for shown in (panels[:1], panels[:1], panels[1:], []):
         renderer.draw(frame, View(panels=tuple(shown)))
         assert {key[0] for key in renderer._panels._textures} == set(shown)
