@@ -4,6 +4,7 @@ Learning is some 0.1 s of numpy and one pass of the encoder for a clip of ten se
 pay for a process that would first have to import everything. The thread and the walk share Python's lock, so the walk
 misses a frame or two; each has its own core for the arithmetic."""
 
+import textwrap
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ import pygame
 
 from sim.clip import Clip
 
+LONGEST = 110  # letters of what is wrong; a list of all the file's joints fits on no screen
 Learn = Callable[[Path], tuple[str, Clip]]  # as stylizer.live.LiveStylizer.learn
 
 
@@ -60,6 +62,14 @@ class Dropped:
         except OSError as error:
             return Refused(f"{path.name} cannot be used: {error.strerror or error}")
         except ValueError as error:
-            return Refused(" ".join(str(error).replace(str(path), path.name).split()))
+            return Refused(_short(str(error).replace(str(path), path.name)))
         except Exception as error:  # whatever a file does to us, the walk goes on
             return Refused(f"{path.name} cannot be used: {type(error).__name__}, {error}")
+
+
+def _short(sentence: str) -> str:
+    """What is wrong, cut where it is long, and what to do, whole: the two are parted by a semicolon."""
+    wrong, parted, remedy = sentence.rpartition("; ")
+    if not parted:
+        wrong, remedy = sentence, ""
+    return textwrap.shorten(wrong, LONGEST, placeholder=" ...") + parted + remedy
