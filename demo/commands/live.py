@@ -8,11 +8,11 @@ from demo.commands.replay import VMC_HELP
 HELP = "Steer a character and restyle it limb by limb; without a display, replay the bundled recording into out/."
 EXAMPLE = "patchwalk"
 OUT = Path("out")
-FILES = {"poses": "poses.npz", "bvh": "styled.bvh", "video": "video.mp4", "latency": "latency.json"}
+FILES = {"poses": "poses.npz", "bvh": "styled.bvh", "glb": "styled.glb", "video": "video.mp4", "latency": "latency.json"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=VMC_HELP)
+    parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=f"{VMC_HELP}; off by default")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -37,11 +37,11 @@ def run(args: argparse.Namespace) -> int:
                 print(f"wrote {path}")
             return 0
     print(f"No window ({reason}): replaying the bundled recording into {OUT}/.")
-    replay_bundled(OUT)
+    replay_bundled(OUT, stream)
     return 0
 
 
-def replay_bundled(folder: Path) -> None:
+def replay_bundled(folder: Path, stream=None) -> None:
     """Writes everything that a replay can into `folder`: all but the video where this machine cannot make one."""
     from demo import assemble
     from demo.commands.replay import play
@@ -55,4 +55,4 @@ def replay_bundled(folder: Path) -> None:
         del outputs["video"]
         print(f"No video: {error}.")
     check_outputs(outputs)
-    play("bundled recording", recording.read(assemble.BUNDLED_RECORDING), outputs)
+    play("bundled recording", recording.read(assemble.BUNDLED_RECORDING), outputs, stream=stream)

@@ -10,7 +10,7 @@ from demo.colours import part_colours
 from demo.export import WRITERS, Result, check_outputs
 from sim import bvh
 from sim.atomic import replacing
-from sim.command import Command
+from sim.command import GAIT_SPEEDS, Command
 from sim.kinematics import forward_kinematics, to_global
 from sim.skeleton import JOINTS, PARTS
 from tests.conftest import fake_session
@@ -38,7 +38,7 @@ def test_poses(result, tmp_path):
     assert np.abs(np.linalg.norm(bones, axis=-1) - np.linalg.norm(poses["bone_offsets"][1:], axis=-1)).max() < 1e-4
     rebuilt = forward_kinematics(poses["positions"][:, 0], to_global(poses["rotations"]))
     assert np.abs(rebuilt - poses["positions"]).max() < 1e-6
-    assert poses["desired_velocity"][[0, -1]] == pytest.approx(np.array([[0.78, 1.04], [0.0, -3.0]]))
+    assert poses["desired_velocity"][[0, -1]] == pytest.approx(np.array([[0.78, 1.04], [0.0, -GAIT_SPEEDS["run"]]]))
     moved = np.abs(poses["positions"] - poses["neutral_positions"]).max(axis=(0, 2)) > 0.01
     assert moved[PARTS["left_arm"][-1]] and not moved[list(PARTS["right_arm"])].any()
     assert np.all(np.sum(poses["rotations"][1:] * poses["rotations"][:-1], axis=-1) >= 0), "signs run on"
