@@ -69,7 +69,7 @@ class Dropped:
 
 def _short(sentence: str) -> str:
     """What is wrong, cut where it is long, and what to do, whole: the two are parted by a semicolon."""
-    wrong, parted, remedy = sentence.rpartition("; ")
+    wrong, parted, remedy = sentence.replace("given with --map", "given to `patchwalk styles add` with --map").rpartition("; ")
     if not parted:
         wrong, remedy = sentence, ""
     return textwrap.shorten(wrong, LONGEST, placeholder=" ...") + parted + remedy

@@ -36,6 +36,7 @@ from sim.session import Frame, Session
 FRAME_SECONDS = 1 / FPS
 MAX_CATCH_UP = 4  # simulated frames that one picture may make up for; a longer stop is counted, not raced after
 TOAST_SECONDS = 4.0
+READING_SPEED = 20.0  # letters a second
 GLOW_SECONDS = 0.5
 FIGURES_SECONDS = 0.25  # how often the figures of the status line change
 ATTRACT_ORBIT = 0.12  # radians a second that the camera goes round while the window plays by itself
@@ -232,8 +233,8 @@ class Live:
         self.playing = None
 
     def say(self, text: str, colour=INK) -> None:
-        """Shows a sentence for a few seconds."""
-        self._toasts.append((self._clock() + TOAST_SECONDS, text, colour))
+        """Shows a sentence for as long as it takes to read."""
+        self._toasts.append((self._clock() + max(TOAST_SECONDS, len(text) / READING_SPEED), text, colour))
 
     def glow(self) -> None:
         """The picked parts light up for a moment."""

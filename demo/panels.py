@@ -1,5 +1,6 @@
 """The panels of the live window, each made of widgets from what the program knows: a table at the end says when."""
 
+import textwrap
 from dataclasses import replace
 from functools import cache
 from typing import Collection, Mapping
@@ -22,6 +23,7 @@ from sim.worn import MAX_STRENGTH, Worn, names
 WARDROBE_WIDTH = 282
 OFF = (0.42, 0.47, 0.53)  # the dot of a toggle that is off
 LISTED = 8  # styles seen at once; the slider of a blend takes the room of one
+WIDEST = 90  # letters in a line of a sentence
 UP_DOWN = ("style_previous", "style_next")
 
 
@@ -152,8 +154,8 @@ def status(choice: StyleChoice, figures: Figures, missed: int, facing_held: bool
 
 
 def line(text: str, anchor: str, colour=INK) -> Panel:
-    """One sentence."""
-    return Panel((Table(((Cell(text, colour),),)),), anchor)
+    """One sentence, on as many lines as it needs."""
+    return Panel((Table(tuple((Cell(part, colour),) for part in textwrap.wrap(text, WIDEST))),), anchor)
 
 
 def lifted(panel: Panel, lift: float) -> Panel:

@@ -134,6 +134,6 @@ def test_what_cannot_be_used_says_why_in_a_sentence(live, tmp_path, name):
     drop(live, tmp_path / name)
     (text,) = [text for text in said(live) if not text.startswith("learning")]
     assert text.startswith(sentence) and str(tmp_path) not in text
-    assert len(text) < 250 and ("..." not in text or "--map FILE" in text), "cut, but not what to do"
+    assert len(text) < 250 and ("..." not in text or "`patchwalk styles add` with --map FILE" in text), "cut, but not what to do"
     assert live.choice.styles == before and live.choice.style == {} and not live.inset.playing
     assert not (tmp_path / "user").exists()
