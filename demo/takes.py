@@ -5,8 +5,9 @@ process of its own, which also leaves the walk's processor alone where there is 
 
 import multiprocessing
 import os
+import pickle
 from collections import deque
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Sequence
@@ -35,7 +36,7 @@ class Takes:
 
     def __init__(self) -> None:
         self.frames: deque[Frame] = deque(maxlen=round(self.SECONDS * FPS))
-        self._process: ProcessPoolExecutor | None = None
+        self._thread = ThreadPoolExecutor(1, "export")
         self._export: Future[Written] | None = None
 
     @property
@@ -44,21 +45,34 @@ class Takes:
         return self._export is not None
 
     def export(self, stem: Path) -> None:
-        """Begins to write the frames kept so far to `stem` with each kind's ending. Raises OSError where no process starts."""
-        self._process = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_give_way)
-        self._export = self._process.submit(write_all, list(self.frames), stem)
+        """Begins to write the frames kept so far to `stem` with each kind's ending."""
+        self._export = self._thread.submit(_write_elsewhere, list(self.frames), stem)
 
     def finished(self, wait: bool = False) -> Written | None:
         """What came of the export, once, as soon as it is over; None before. `wait` waits for it."""
         if self._export is None or not (wait or self._export.done()):
             return None
-        running, self._export = self._export, None
-        try:
-            return running.result()
-        except Exception as error:  # the other process died, whatever of: the walk goes on
-            return Written((), (f"the export stopped: {error}",))
-        finally:
-            self._process.shutdown(wait=False)
+        export, self._export = self._export, None
+        return export.result()
+
+
+def _write_elsewhere(frames: Sequence[Frame], stem: Path) -> Written:
+    """write_all in a process of its own, begun and waited for in a thread."""
+    packed = [pickle.dumps(frame) for frame in frames]  # one by one: in between the walk gets Python's lock
+    try:
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_give_way) as process:
+            return process.submit(_write_packed, packed, stem).result()
+    except Exception as error:  # the other process died, whatever of: the walk goes on
+        return Written((), (f"the export stopped: {error}",))
+
+
+def _give_way() -> None:
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
+
+
+def _write_packed(packed: Sequence[bytes], stem: Path) -> Written:
+    return write_all([pickle.loads(frame) for frame in packed], stem)
 
 
 def write_all(frames: Sequence[Frame], stem: Path) -> Written:
@@ -73,8 +87,3 @@ def write_all(frames: Sequence[Frame], stem: Path) -> Written:
         except (OSError, ValueError) as error:
             problems.append(f"no {kind}: {error}")
     return Written(tuple(files), tuple(problems))
-
-
-def _give_way() -> None:
-    if hasattr(os, "nice"):
-        os.nice(NICENESS)

@@ -81,9 +81,9 @@ def _gamepads() -> str:
 def _ffmpeg() -> str:
     try:
         import imageio_ffmpeg
-        return f"{imageio_ffmpeg.get_ffmpeg_version()} (for --video)"
+        return f"{imageio_ffmpeg.get_ffmpeg_version()} (for videos as MP4)"
     except (ImportError, RuntimeError):
-        raise ValueError("needed for --video only; pip install imageio-ffmpeg brings one") from None
+        raise ValueError("needed for videos as MP4 only, not as GIF; pip install imageio-ffmpeg brings one") from None
 
 
 CHECKS: tuple[tuple[str, bool, Callable[[], str]], ...] = (  # name, whether replaying needs it, what finds out
