@@ -67,10 +67,6 @@ class Sender:
                 pass
         self._frames += 1
 
-    def close(self) -> None:
-        """Stops."""
-        self._socket.close()
-
 
 def streamed(frames: Iterable[Frame], sender: Sender) -> Iterator[Frame]:
     """The frames, each sent and handed on when its time has come: 60 a second, if they are made as fast."""

@@ -74,7 +74,6 @@ def test_a_receiver_rebuilds_our_joints(frames, receiver):
         np.testing.assert_allclose(places * [-1, 1, 1], frame.styled.positions, atol=1e-4)
         assert said["/VMC/Ext/OK"] == [1] and said["/VMC/Ext/T"] == pytest.approx([number / 60])
         assert len(said) == 3 + len(JOINTS)
-    sender.close()
 
 
 def test_axes_are_unity_s(frames, receiver):
