@@ -18,10 +18,12 @@ from controller.measures import (
     outside,
     speed_share,
     spells,
+    time_until,
     time_until_still,
 )
 from controller.real_clips import IDLE_SECONDS, RealClips
-from controller.suite import FACING_FORWARD, INSTANTS, SPEEDS, Motion, Played, compared, speed_name
+from controller.suite import FACING_FORWARD, INSTANTS, SPEEDS, TURNS, Motion, Played, compared, speed_name
+from sim import rotations as rot
 from sim.clip import FPS
 from sim.measures import foot_skate, frechet_distance, jerk, pose_and_velocity
 from sim.skeleton import CONTACT_JOINTS, TOE_HEIGHT
@@ -37,6 +39,7 @@ FROZEN_SPEED, WALK_AT_LEAST = 0.05, 0.2  # metres a second: what is no movement,
 RUNAWAY_SHARE, RUNAWAY_METRES = 1.5, 0.5
 SLOWEST_ASKED = 0.4  # metres a second: under this "1.5 times as fast as asked" is no running away
 SPELL_SECONDS = 1.0
+FACED = math.radians(10)  # of the facing asked for, at which a turn on the spot counts as done
 CENTI, MILLI = 100, 1000
 
 Measure = Callable[[Motion], np.ndarray]  # (F, ...), NaN where it does not apply
@@ -93,11 +96,14 @@ def steering(played: Mapping[str, Played]) -> dict[str, Figure]:
     for gait, limit in (("walk", 0.9), ("run", 1.2)):
         changes = [_last_change(played[f"reverse {gait} {instant}"]) for instant in range(INSTANTS)]
         result[f"reversal_{gait}_s"] = Figure(max(arrival_time(*change) for change in changes), None, None, limit)
+        turns = [_last_change(played[f"turn {gait} {angle}"]) for angle in TURNS]
+        result[f"turn_{gait}_s"] = Figure(max(arrival_time(*turn) for turn in turns), None, None, limit)
     starts = [_stretches(played[f"stop walk {instant}"])[i] for instant in range(INSTANTS) for i in (1, 3)]
     result["start_walk_s"] = Figure(max(arrival_time(*start) for start in starts), None, None, 0.6)
     for gait in ("walk", "run"):
         stops = [_stretches(played[f"stop {gait} {instant}"])[2][0] for instant in range(INSTANTS)]
         result[f"stop_{gait}_s"] = Figure(max(map(time_until_still, stops)), None, None, 0.6)
+    result["turn_on_the_spot_s"] = Figure(_facing_time(played["turn on the spot"]), None, None, 0.9)  # as a walk reversed
     # The simulated body waits for the character on its leash (controller.trajectory.LEASH): this one guards that.
     lead = max(_ahead(take).max() for take in played.values())
     result["simulated_body_ahead_max_cm"] = Figure(float(lead) * CENTI, None, None, 15.0)
@@ -228,6 +234,14 @@ def _stretches(take: Played) -> list[tuple[np.ndarray, np.ndarray]]:
     edges = np.flatnonzero(np.any(np.diff(take.asked, axis=0) != 0, axis=1)) + 1
     return [(velocity, asked[0]) for velocity, asked in
             zip(np.split(take.neutral.velocity, edges), np.split(take.asked, edges))]
+
+
+def _facing_time(take: Played) -> float:
+    """Seconds until the facing last asked for is within FACED, and stays there; infinite where it never is."""
+    face = [command.face for command in take.script]
+    asked = next(frame for frame in range(len(face) - 1, 0, -1) if face[frame] != face[frame - 1])
+    off = np.abs(rot.wrap_angle(take.neutral.root.facing[asked:] - rot.yaw_of(np.array(face[-1]))))
+    return time_until(off < FACED)
 
 
 def _last_change(take: Played) -> tuple[np.ndarray, np.ndarray]:

@@ -1,26 +1,29 @@
-"""Standing alive: the breath and slow weight shifts of a captured idle, as a few harmonics laid on the standing pose.
+"""Standing alive: the bearing, breath and slow weight shifts of a captured idle, laid on the standing pose.
 
-A network that is fed its own pose comes to rest while nothing is asked of it; people do not."""
+A network that is fed its own pose comes to rest while nothing is asked of it, in whatever bearing it stopped; people do not."""
 
 import numpy as np
 
 from controller.layout import GAITS, INPUT, INPUT_SLICES, OFFSETS, OUTPUT_SLICES
 from sim import rotations as rot
 from sim.clip import FPS
-from sim.skeleton import INDEX, JOINT_COUNT
+from sim.skeleton import INDEX, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 from sim.springs import spring_step
 
 SECONDS = 10  # length of the loop
 HARMONICS = 8  # of it, so nothing quicker than 0.8 Hz
-QUIET = 0.03  # metres of deviation of the hands over which an idle is a gesture
-EASE_HALFLIFE = 0.4  # seconds
+QUIET = 0.06  # metres of deviation of the hands over which an idle is a gesture
+EASE_HALFLIFE = 0.4  # seconds, for the sway
+BEARING_HALFLIFE = 1.0  # seconds, for spine and arms to come to the captured bearing
+GONE = 1e-4  # a share this small is none
 ROWS = JOINT_COUNT + 1  # a rotation vector a joint, and last the hips' shift in metres; all in the root frame
-SHAPE = (2, HARMONICS, ROWS, 3)  # cosine and sine amplitudes
+SHAPE = (1 + 2 * HARMONICS, ROWS, 3)  # the bearing, then cosine and sine amplitudes of the sway about it
+UPPER = np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine"))[1:]  # without the hips, which the legs stand under
 DT = 1 / FPS
 
 
 def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray:
-    """Amplitudes (SHAPE) of the quiet standing stretch whose hips sway most; zeros where no clip stands that long.
+    """Bearing and sway (SHAPE) of the quiet standing stretch whose hips sway most; zeros where no clip stands that long.
 
     inputs (N, INPUT_SIZE), targets (N, OUTPUT_SIZE), clip (N,) as in controller.dataset.Frames."""
     length = SECONDS * FPS
@@ -44,29 +47,40 @@ def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray
 
 
 def _harmonics(rotations: np.ndarray, hips: np.ndarray) -> np.ndarray:
-    """Fourier amplitudes (SHAPE) of rotations (frames, 21, 4) and hips (frames, 3) about their mean, any drift taken out."""
-    rows = np.empty((len(hips), ROWS, 3))
+    """Mean of rotations (frames, 21, 4), and Fourier amplitudes of them and of hips (frames, 3) about their mean, any drift
+    taken out (SHAPE)."""
+    rows, bearing = np.empty((len(hips), ROWS, 3)), np.zeros((1, ROWS, 3))
     for joint in range(JOINT_COUNT):
         turns = rot.to_scipy(rotations[:, joint])
+        bearing[0, joint] = turns.mean().as_rotvec()
         rows[:, joint] = (turns * turns.mean().inv()).as_rotvec()
     rows[:, JOINT_COUNT] = hips
     time = np.linspace(-0.5, 0.5, len(rows))
     rows = rows - rows.mean(axis=0) - time[:, None, None] * np.tensordot(time, rows, 1) / np.sum(time**2)
     spectrum = 2 * np.fft.rfft(rows, axis=0)[1:HARMONICS + 1] / len(rows)
-    return np.stack([spectrum.real, -spectrum.imag])
+    return np.concatenate([bearing, spectrum.real, -spectrum.imag])
 
 
 class Idle:
     """Plays the loop while the character stands and eases it in and out."""
 
-    def __init__(self, amplitudes: np.ndarray) -> None:
-        self.amplitudes = amplitudes.reshape(2 * HARMONICS, ROWS, 3)
-        self.frame, self.share, self.rate = 0, 0.0, 0.0
+    def __init__(self, loop: np.ndarray) -> None:
+        """loop: SHAPE, from `fit`; zeros lay nothing on."""
+        self.bearing, self.amplitudes = rot.from_rotation_vector(loop[0, UPPER]), loop[1:]
+        self.captured = bool(loop.any())
+        self.frame = 0
+        self.shares, self.rates = np.zeros(2), np.zeros(2)  # of the sway and of the bearing
 
-    def step(self, standing: float) -> tuple[np.ndarray, np.ndarray]:
-        """Turns (21, 4) to put before the joints' rotations and the hips' shift (3,); standing 0..1."""
+    def step(self, standing: float, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (21, 4) in the root frame with the idle laid on them, and the hips' shift (3,); standing 0..1."""
         self.frame += 1
-        self.share, self.rate = spring_step(self.share, self.rate, standing, EASE_HALFLIFE, DT)
+        for i, halflife in enumerate((EASE_HALFLIFE, BEARING_HALFLIFE)):
+            self.shares[i], self.rates[i] = spring_step(self.shares[i], self.rates[i], standing, halflife, DT)
+        if not self.captured or self.shares.max() < GONE:
+            return rotations, np.zeros(3)
+        sway, bearing = self.shares
+        rotations = rotations.copy()
+        rotations[UPPER] = rot.slerp(rotations[UPPER], self.bearing, bearing)
         angle = 2 * np.pi * np.arange(1, HARMONICS + 1) * (self.frame * DT / SECONDS)
-        rows = self.share * np.tensordot(np.concatenate([np.cos(angle), np.sin(angle)]), self.amplitudes, 1)
-        return rot.from_rotation_vector(rows[:JOINT_COUNT]), rows[JOINT_COUNT]
+        rows = sway * np.tensordot(np.concatenate([np.cos(angle), np.sin(angle)]), self.amplitudes, 1)
+        return rot.multiply(rot.from_rotation_vector(rows[:JOINT_COUNT]), rotations), rows[JOINT_COUNT]

@@ -10,7 +10,7 @@ GAITS = ("stand", "walk", "run")
 SAMPLE_STEP = 10  # frames
 OFFSETS = tuple(range(-60, 60, SAMPLE_STEP))  # frames: 12 samples over the second before and the second to come
 FUTURE = tuple(o for o in OFFSETS if o > 0)
-LAYOUT_VERSION = "patchwalk-controller-1"  # kept in weight files
+LAYOUT_VERSION = "patchwalk-controller-2"  # kept in weight files
 
 INPUT = {
     "trajectory_positions": (len(OFFSETS), 2),  # x, z metres

@@ -36,10 +36,15 @@ def arrival_time(velocity: np.ndarray, asked: np.ndarray) -> float:
 def time_until_still(velocity: np.ndarray) -> float:
     """Seconds from the first frame, at which nothing is asked for any more, until the speed is under STILL and stays;
     infinite where it never is."""
-    moving = np.flatnonzero(np.linalg.norm(velocity, axis=1) >= STILL)
-    if not len(moving):
+    return time_until(np.linalg.norm(velocity, axis=1) < STILL)
+
+
+def time_until(holds: np.ndarray) -> float:
+    """Seconds from the first of frames (frames,) until it holds in all that follow; infinite where it never does."""
+    fails = np.flatnonzero(~holds)
+    if not len(fails):
         return 0.0
-    return float("inf") if moving[-1] == len(velocity) - 1 else float((moving[-1] + 1) / FPS)
+    return float("inf") if fails[-1] == len(holds) - 1 else float((fails[-1] + 1) / FPS)
 
 
 def contact_speed(joints: np.ndarray, contacts: np.ndarray) -> np.ndarray:

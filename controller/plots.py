@@ -14,19 +14,24 @@ from sim.skeleton import TOE_HEIGHT
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backend that needs no display
 
+from controller.strips import draw_strips  # noqa: E402
+
 ASKED, WALKED, FACING = "#9aa5b1", "#0b6e99", "#c8553d"
 SIDES = {"left": ("#0b6e99", 1), "right": ("#c8553d", 3)}  # colour, and the toe's column among the contact joints
 STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
          "grid.color": "#e6e9ec", "axes.edgecolor": "#9aa5b1", "legend.frameon": False, "figure.dpi": 120}
 COLUMNS = 6
-STRIDES = {"walk 1.3 m/s": (2.0, 5.0), "run 3.0 m/s": (2.0, 4.0)}  # which seconds of which takes the feet are shown
+STRIDES = {"walk 1.3 m/s": (2.0, 5.0), "run 3.5 m/s": (2.0, 4.0)}  # which seconds of which takes the feet are shown
 
 
-def save_plots(folder: Path, played: Mapping[str, Played]) -> list[Path]:
-    """Writes trajectory.png, speed.png and feet.png into a folder, made if missing. Raises OSError where it cannot."""
+def save_plots(folder: Path, played: Mapping[str, Played], data: Path | None = None) -> list[Path]:
+    """Writes trajectory.png, speed.png, feet.png and strips.png into a folder, made if missing; the strips are drawn beside
+    captured clips of the `data` folder. Raises OSError where it cannot."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    for name, draw in (("trajectory", _trajectories), ("speed", _speeds), ("feet", _feet)):
+    drawings = {"trajectory": _trajectories, "speed": _speeds, "feet": _feet,
+                "strips": lambda played: draw_strips(played, data)}
+    for name, draw in drawings.items():
         with plt.rc_context(STYLE), replacing(folder / f"{name}.png") as temporary:
             figure = draw(played)
             figure.savefig(temporary)

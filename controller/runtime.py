@@ -62,7 +62,8 @@ class PhaseFunctionedController:
 
     def _pose(self, answer: dict[str, np.ndarray]) -> Pose:
         """The answer, given in the root frame, with the idle laid on it and placed in the world."""
-        turns, shift = self.idle.step(self.trajectory.past_gaits[-1, GAITS.index("stand")])
+        rotations, shift = self.idle.step(self.trajectory.past_gaits[-1, GAITS.index("stand")],
+                                          rot.from_6d(answer["rotations"]))
         x, z = self.trajectory.position
         root = np.array([x, 0.0, z])
         to_world = rot.from_yaw(self.trajectory.facing)
@@ -70,7 +71,7 @@ class PhaseFunctionedController:
             root_position=root,
             root_facing=float(rot.wrap_angle(self.trajectory.facing)),
             hips=root + rot.rotate(to_world, answer["positions"][0] + shift),
-            rotations=rot.multiply(to_world, rot.multiply(turns, rot.from_6d(answer["rotations"]))),
+            rotations=rot.multiply(to_world, rotations),
             contacts=1 / (1 + np.exp(-answer["contacts"])),
             phase=self.phase,
         )

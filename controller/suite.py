@@ -1,6 +1,7 @@
 """What the controller is evaluated on: a fixed suite of sticks, ten minutes of random ones, the ways of real clips."""
 
 import copy
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Callable, Mapping, Sequence
@@ -29,6 +30,7 @@ FACING_FORWARD = {"strafe left": LEFT, "strafe right": RIGHT,
                   "back": BACK, "back left": (0.6, -0.8), "back right": (-0.6, -0.8)}
 CYCLE = {"walk": 1.1, "run": 0.7}  # seconds: reversals and stops come at four instants of one cycle, so at either foot
 INSTANTS = 4
+TURNS = (45, 90, 135)  # degrees to the left
 STAND_SECONDS = 20
 RANDOM_SECONDS = 600
 FOLLOW_SECONDS = 10  # of each real clip, so that no long one outweighs the others
@@ -152,8 +154,9 @@ def suite() -> dict[str, Script]:
         for kind, after in (("reverse", [(3, back)]), ("stop", [(2.5, Command()), (3, walk)])):
             for instant in range(INSTANTS):
                 moves[f"{kind} {gait} {instant}"] = script((3 + CYCLE[gait] * instant / INSTANTS, go), *after)
-    moves["turn walk"] = script((3, walk), (3, Command(LEFT)))
-    moves["turn run"] = script((3, run), (3, Command(LEFT, gait="run")))
+        for angle in TURNS:
+            aside = (math.sin(math.radians(angle)), math.cos(math.radians(angle)))
+            moves[f"turn {gait} {angle}"] = script((3, go), (3, Command(aside, gait=gait)))
     moves["turn on the spot"] = script((2, Command(face=LEFT)), (2, Command(face=RIGHT)))
     moves["walk run walk"] = script((3, walk), (3, run), (3, walk))
     moves["stand"] = script((STAND_SECONDS - WAIT, Command()))

@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"wrote {args.json}", flush=True)
     if args.plots:
         from controller.plots import save_plots
-        for path in save_plots(args.plots, result.played):
+        for path in save_plots(args.plots, result.played, args.data):
             print(f"wrote {path}", flush=True)
     return 0
 

@@ -53,9 +53,11 @@ def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Pla
     velocity = np.concatenate([np.zeros((late, 2)), asked])[:len(asked)] * scale
     velocity = rot.rotate(rot.from_yaw(turn), np.insert(velocity, 1, 0.0, axis=1))
     root = np.cumsum(velocity, axis=0) / FPS
+    facing = np.array([0.0 if command.face is None else rot.yaw_of(np.array(command.face)) for command in commands])
+    facing = np.concatenate([np.zeros(late), facing])[:len(asked)]
     rotations = np.tile(rot.IDENTITY, (len(asked), JOINT_COUNT, 1))
     positions = forward_kinematics(root + [0.0, REST_HIPS_HEIGHT, 0.0], rotations)
-    motion = Motion(positions, rotations, RootFrame(root, np.zeros(len(asked))), np.ones((len(asked), 4)))
+    motion = Motion(positions, rotations, RootFrame(root, facing), np.ones((len(asked), 4)))
     return Played(commands, motion, motion, root[:, [0, 2]])
 
 
@@ -167,7 +169,8 @@ def test_a_character_that_does_as_asked_reaches_every_steering_figure(asked):
 
 def test_each_steering_figure_falls_short_where_it_should(asked):
     late = steering({name: glide(commands, late=80) for name, commands in asked.items()})
-    for name in ("reversal_walk_s", "reversal_run_s", "start_walk_s", "stop_walk_s", "stop_run_s"):
+    for name in ("reversal_walk_s", "reversal_run_s", "start_walk_s", "stop_walk_s", "stop_run_s", "turn_run_s",
+                 "turn_on_the_spot_s"):
         assert late[name].ours == pytest.approx(80 / FPS) and late[name].reached is False
     slow = steering({name: glide(commands, scale=0.85) for name, commands in asked.items()})
     held = [figure for name, figure in slow.items() if name.startswith("speed_held") and figure.ours]
@@ -329,8 +332,9 @@ def test_the_product_itself_is_what_is_played(walked):
 
 
 def test_plots_are_drawn(walked, tmp_path):
-    paths = save_plots(tmp_path / "new", {"walk 1.3 m/s": walked, "b": walked})
-    assert [path.name for path in paths] == ["trajectory.png", "speed.png", "feet.png"]
+    bvh.write(tmp_path / "Female1_B03_Walk1.bvh", walking_clip(200))
+    paths = save_plots(tmp_path / "new", {"walk 1.3 m/s": walked, "b": walked}, tmp_path)
+    assert [path.name for path in paths] == ["trajectory.png", "speed.png", "feet.png", "strips.png"]
     assert all(path.read_bytes()[:4] == b"\x89PNG" and path.stat().st_size > 10_000 for path in paths)
 
 
@@ -338,7 +342,7 @@ def test_the_command_prints_a_table_and_writes_what_it_says(folder, tmp_path, mo
     """The whole evaluation, of a statue."""
     monkeypatch.setattr(evaluation, "random_sticks", lambda: random_sticks(2))
     monkeypatch.setattr(evaluation, "play", lambda commands, standing, tick: glide(commands))
-    monkeypatch.setattr("controller.plots.save_plots", lambda folder, played: [folder / "some.png"])
+    monkeypatch.setattr("controller.plots.save_plots", lambda folder, played, data: [folder / "some.png"])
     assert cli.main(["evaluate", "controller", "--data", str(folder), "--json", str(tmp_path / "e.json"),
                      "--plots", str(tmp_path / "plots")]) == 0
     out, err = capsys.readouterr()

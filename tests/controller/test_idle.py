@@ -11,6 +11,7 @@ from sim.skeleton import INDEX, JOINT_COUNT
 from tests.sim.walker import planted_clip, walking_clip
 
 HEAD = INDEX["Head"]
+STANDING = np.tile(rot.IDENTITY, (JOINT_COUNT, 1))
 
 
 def swaying_clip(seconds: int = SECONDS + 4, amplitude: float = 0.05) -> Clip:
@@ -25,8 +26,8 @@ def swaying_clip(seconds: int = SECONDS + 4, amplitude: float = 0.05) -> Clip:
 def test_the_loop_gives_back_the_captured_sway():
     inputs, targets, _ = frames_of(swaying_clip())
     idle = Idle(fit(inputs, targets, np.zeros(len(inputs), int)))
-    turns = np.array([idle.step(1.0)[0] for _ in range(3 * SECONDS * FPS)])[SECONDS * FPS:]
-    vectors = rot.to_rotation_vector(turns)
+    rotations = np.array([idle.step(1.0, STANDING)[0] for _ in range(4 * SECONDS * FPS)])[2 * SECONDS * FPS:]
+    vectors = rot.to_rotation_vector(rotations)
     assert np.ptp(vectors[:, HEAD, 0]) / 2 == pytest.approx(0.05, rel=0.05)
     np.testing.assert_allclose(vectors[:SECONDS * FPS], vectors[SECONDS * FPS:], atol=1e-6)  # a loop
     assert np.abs(vectors[:, INDEX["LeftHand"]]).max() < 0.005
@@ -37,8 +38,18 @@ def test_it_fades_when_the_character_moves_and_walking_teaches_nothing():
     assert not fit(inputs, targets, np.zeros(len(inputs), int)).any()
     idle = Idle(np.ones(SHAPE))
     for standing in (1.0, 0.0):
-        for _ in range(318):
-            turns, shift = idle.step(standing)
+        for _ in range(918):
+            rotations, shift = idle.step(standing, STANDING)
         assert (np.abs(shift).max() > 1e-3) == (standing == 1.0)
-    np.testing.assert_allclose(turns, np.tile(rot.IDENTITY, (JOINT_COUNT, 1)), atol=1e-3)
+    np.testing.assert_array_equal(rotations, STANDING)
     assert HARMONICS < SECONDS  # nothing quicker than 1 Hz
+
+
+def test_spine_and_arms_come_to_the_captured_bearing_and_the_legs_stand_as_they_stood():
+    bearing = np.zeros(SHAPE)
+    bearing[0, :, 0] = 0.3
+    idle = Idle(bearing)
+    for _ in range(20 * FPS):
+        rotations, _ = idle.step(1.0, STANDING)
+    np.testing.assert_allclose(rot.to_rotation_vector(rotations)[HEAD], (0.3, 0, 0), atol=1e-3)
+    np.testing.assert_array_equal(rotations[[INDEX["Hips"], INDEX["LeftLeg"]]], STANDING[:2])
