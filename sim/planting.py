@@ -21,8 +21,9 @@ SWING_SPEED = (0.5, 1.0)  # metres a second over which an unplanted toe counts a
 CLEARANCE = 0.03  # metres that a swinging toe is at least higher than a planted one
 DROP_SECONDS = 0.4  # over which hips sink for a stride that their legs would not reach
 SOFTNESS = 2.0  # of the hold: a landing foot is stopped over about the square root of this many frames
+NEVER_FREE = 1e-4  # how much a held correction counts as free, lest a foot that always stands has no place of its own
 HANDOVER_SECONDS = 0.05  # over which the toe takes over from the ankle what holds a rolling foot
-REACH = 0.998  # share of a leg's length that is used
+REACH = 1.0  # share of a leg's length that is used: a captured leg that is straight stays so
 TOE = CONTACT_JOINTS[1::2]
 FOOT_LENGTH = float(np.linalg.norm(BONE_OFFSETS[TOE[0]]))
 
@@ -108,7 +109,7 @@ def _hold_still(x: np.ndarray, hold: np.ndarray, fade: float) -> np.ndarray:
     pull = np.zeros(len(x))
     pull[:-1] += weight * step
     pull[1:] -= weight * step
-    bands = _smoothness(len(x), fade)
+    bands = _smoothness(1 - hold, fade)
     bands[-1, :-1] += weight
     bands[-1, 1:] += weight
     bands[-2, 1:] -= weight
@@ -121,18 +122,19 @@ def _level(toe: np.ndarray, hold: np.ndarray, flat: np.ndarray, fps: float) -> n
     speed = np.linalg.norm(np.gradient(toe[:, [0, 2]], 1 / fps, axis=0), axis=-1)
     swing = np.clip((speed - SWING_SPEED[0]) / (SWING_SPEED[1] - SWING_SPEED[0]), 0.0, 1.0) * (1 - hold)
     missing = TOE_HEIGHT - toe[:, 1]
-    bands = _smoothness(len(toe), FADE_SECONDS * fps)
+    bands = _smoothness(np.ones(len(toe)), FADE_SECONDS * fps)
     bands[-1] += hold + swing
     onto = flat * missing + (hold - flat) * np.maximum(missing, 0.0)
     return solveh_banded(bands, onto + swing * np.maximum(missing + CLEARANCE, 0.0))
 
 
-def _smoothness(frames: int, fade: float) -> np.ndarray:
-    """Upper bands (3, frames) of the cost of a correction c: its squared second differences, and c itself, so weighted that
-    an unheld correction fades over about `fade` frames."""
+def _smoothness(free: np.ndarray, fade: float) -> np.ndarray:
+    """Upper bands (3, frames) of the cost of a correction c: its squared second differences, and c itself where it is free
+    (frames,), so weighted that it fades there over about `fade` frames."""
+    frames = len(free)
     bands = np.zeros((3, frames))
     for lag, a, b in ((0, (1.0, -2.0, 1.0), (1.0, -2.0, 1.0)), (1, (1.0, -2.0), (-2.0, 1.0)), (2, (1.0,), (1.0,))):
         for i, product in enumerate(np.multiply(a, b)):
             bands[2 - lag, lag + i:frames - 2 + i + lag] += product
-    bands[-1] += fade**-4
+    bands[-1] += fade**-4 * np.maximum(free, NEVER_FREE)
     return SOFTNESS * bands
