@@ -6,12 +6,12 @@ import sys
 import warnings
 from typing import NoReturn, Sequence
 
-from demo.commands import bench, doctor, evaluate, live, replay, styles, stylize, train
+from demo.commands import bench, doctor, evaluate, keys, live, replay, styles, stylize, train
 
 # Each module has HELP (one line), EXAMPLE, add_arguments(parser) and run(args) -> exit status; what is heavy it imports
 # inside run, so that --help and a mistyped word are answered at once.
 COMMANDS = {"replay": replay, "stylize": stylize, "styles": styles, "bench": bench, "evaluate": evaluate,
-            "train": train, "doctor": doctor}
+            "train": train, "keys": keys, "doctor": doctor}
 USER_ERROR, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 ADVICE = {FileNotFoundError: "check the path", NotADirectoryError: "check the path", IsADirectoryError: "name a file",
           PermissionError: "check its permissions", FileExistsError: "move it away or choose another name"}

@@ -22,7 +22,7 @@ def style_colour(name: str) -> tuple[float, float, float]:
     """The colour of a style, from its name alone: display red, green, blue in 0..1."""
     number = zlib.crc32(name.encode())
     hue = 2 * np.pi * (number * GOLDEN_TURN % 1.0)
-    lightness, chroma = (0.58, 0.67, 0.76)[(number >> 16) % 3], (0.10, 0.145)[number >> 24 & 1]
+    lightness, chroma = (0.62, 0.69, 0.77)[(number >> 16) % 3], (0.10, 0.145)[number >> 24 & 1]
     return oklch(lightness, chroma, hue)
 
 

@@ -33,7 +33,7 @@ class Devices:
 
     def __init__(self, table: Bindings = DEFAULT) -> None:
         self.mode = ""  # or one of MODES, whose keys and buttons go first
-        self.pointer = Pointer(table.actions("mouse"))
+        self.pointer = Pointer(table.mouse)
         self._keys = {_key(name): action for name, action in table.actions("keys").items()}
         self._modes = {mode: ({_key(name)[1]: action for name, action in keys.items()}, buttons)
                        for mode, (keys, buttons) in MODES.items()}

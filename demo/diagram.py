@@ -13,7 +13,7 @@ from sim.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT
 
 HEIGHT, WIDTH = 152.0, 128.0  # units
 METRES = 1.78  # that fill the height
-SLICES = 9  # discs that a capsule is drawn with
+SLICES = 20  # discs that a capsule is drawn with
 NEAR = 0.16  # metres from the bones within which a click means a part
 
 

@@ -176,8 +176,8 @@ def dial(pose: Pose) -> Panel:
 
 def attention(values, part: str, worn: Worn | None) -> Panel:
     """The attention map of a part: values (content samples, style samples), or a sentence why there is none."""
-    title = Label(f"attention: {readable(part)}, last half second (down)", FAINT, SMALL)
-    style = f"on three seconds of {' and '.join(names(worn)) if worn else 'neutral'} (across)"
+    title = Label(f"what the {readable(part)} attends to", FAINT, SMALL)
+    style = f"down: last 0.5 s; across: 3 s of {' and '.join(names(worn)) if worn else 'neutral'}"
     if isinstance(values, str):
         return Panel((title, Label(values, ALERT, SMALL)), "bottom right", 250)
     colour = style_colour(worn[0]) if worn else OWN_STYLE

@@ -13,7 +13,8 @@ from demo.hud import Placed
 from demo.skin import Skin, make_skin
 
 SKIN_CELL, GHOST_CELL, SHADOW_CELL = 0.022, 0.030, 0.045  # metres: the shadow is blurred, coarser triangles do
-SHADOW_PIXELS = 144
+SHADOW_PIXELS = 128
+SHADOW_BLUR = 0.02  # metres between the taps of the blur
 RIM_FACING, HIDDEN_FACING = 0.7, -0.5  # cosines to the eye: far from any outline, and turned away for sure
 
 
@@ -134,16 +135,16 @@ class Shadow:
         self._blur = gl.program(shaders.FULL_VERTEX, shaders.BLUR_FRAGMENT)
         self._array = GL.glGenVertexArrays(1)
 
-    def draw(self, bodies: Bodies, figures: list[Figure], **uniforms) -> int:
-        """The texture with the finished picture."""
+    def draw(self, bodies: Bodies, figures: list[Figure], to_light: np.ndarray, area: tuple[float, float, float]) -> int:
+        """The texture with the finished picture of a square of ground: area, its centre x, z and half its side."""
         sharp, blurred = self._targets
         sharp.bind()
         GL.glClearColor(0, 0, 0, 0)
         GL.glClear(GL.GL_COLOR_BUFFER_BIT)
-        bodies.draw_shadow(figures, **uniforms)
+        bodies.draw_shadow(figures, to_light=to_light, area=area)
         GL.glDisable(GL.GL_BLEND)
         GL.glBindVertexArray(self._array)
-        step = 1 / SHADOW_PIXELS
+        step = SHADOW_BLUR / (2 * area[2])
         for source, target, texel in ((sharp, blurred, (step, 0)), (blurred, sharp, (0, step))):
             target.bind()
             GL.glBindTexture(GL.GL_TEXTURE_2D, source.texture)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from demo.canvas import ACCENT, ALERT, FAINT, FIELD, INK, SMALL, Box, Canvas, Colour
+from demo.canvas import ACCENT, ALERT, BACKGROUND, FAINT, FIELD, INK, SMALL, Box, Canvas, Colour
 from demo.colours import oklch
 from demo.widgets import Untouched
 from sim.latency import BUDGET_MS, Latency
@@ -44,7 +44,8 @@ class Times(Untouched):
         canvas.picture(pixels.astype(np.uint8), (box[0], box[1], box[2], height))
         line = box[1] + height * (1 - BUDGET_MS / TOP_MS)
         canvas.line([(box[0], line), (box[0] + box[2], line)], ALERT, 1)
-        canvas.text(f"{BUDGET_MS:.1f} ms", box[0] + 4, line - 8, ALERT, SMALL)
+        canvas.box((box[0] + 2, line - 16, 54, 14), BACKGROUND, 3)
+        canvas.text(f"{BUDGET_MS:.1f} ms", box[0] + 6, line - 9, ALERT, SMALL)
         means = np.array(self.columns[-30:]).mean(0)
         for place, (stage, mean) in enumerate(zip(STAGES, means, strict=True)):
             left, middle = box[0] + place % 2 * (box[2] / 2 + 5), box[1] + height + 16 + 17 * (place // 2)

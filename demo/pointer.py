@@ -4,6 +4,7 @@ from typing import Mapping, Sequence
 
 import pygame
 
+from demo.bindings import Names
 from demo.widgets import Region
 
 BUTTONS = {1: "left", 2: "middle", 3: "right", 6: "back", 7: "forward"}
@@ -14,12 +15,12 @@ STILL = 5  # pixels that a click may move
 class Pointer:
     """Give it the `regions` of each picture, later ones lying over earlier ones; each event gives actions."""
 
-    def __init__(self, actions: Mapping[str, str]) -> None:
-        """actions: name of a button or a wheel's turn -> action, of which `touch` and `orbit` are the pointer's own.
+    def __init__(self, table: Mapping[str, Names]) -> None:
+        """table: action -> names of buttons and wheel's turns, of which `touch` and `orbit` are the pointer's own.
 
         A button may do both: it orbits when it is dragged and touches when it is clicked."""
-        self._orbiting = {name for name, action in actions.items() if action == "orbit"}
-        self._actions = actions
+        self._touching, self._orbiting = set(table.get("touch", ())), set(table.get("orbit", ()))
+        self._actions = {name: action for action, names in table.items() if action not in ("touch", "orbit") for name in names}
         self.regions: Sequence[Region] = ()
         self.position = (-1, -1)
         self.orbit = [0.0, 0.0]  # radians since it was last taken
@@ -39,13 +40,13 @@ class Pointer:
         self.position = event.pos
         name, region = BUTTONS.get(event.button, ""), self.under()
         if region is None:
-            if name in self._orbiting or name == "left":
+            if name in self._orbiting | self._touching:
                 self._dragging, self._moved = name, 0.0
                 return []
             return [self._actions[name]] if name in self._actions else []
-        if name == "right":
-            return [region.other] if region.other else []
-        if name != "left" or not region.action:
+        if name not in self._touching:
+            return [region.other] if region.other and name == "right" else []
+        if not region.action:
             return []
         if region.kind == "hold":
             self.held = region.action
@@ -60,14 +61,13 @@ class Pointer:
         """A button is let go: on the scene, where it did not move, it touches what is there."""
         name = BUTTONS.get(event.button, "")
         clicked = self._dragging == name != "" and self._moved < STILL
-        if name == "left":
+        if name in self._touching:
             self._sliding, self.held = None, ""
         if self._dragging == name:
             self._dragging = ""
-        if not clicked:
-            return []
-        action = "touch" if name == "left" else self._actions.get(name, "orbit")
-        return [] if action == "orbit" else [f"touch:{event.pos[0]},{event.pos[1]}" if action == "touch" else action]
+        if clicked and name in self._touching:
+            return [f"touch:{event.pos[0]},{event.pos[1]}"]
+        return [self._actions[name]] if clicked and name in self._actions else []
 
     def motion(self, event) -> list[str]:
         """The mouse moves."""

@@ -9,7 +9,7 @@ from sim.session import Frame
 from sim.skeleton import PART_NAMES
 
 TO_LIGHT = np.array([0.36, 0.84, 0.41]) / np.linalg.norm([0.36, 0.84, 0.41])
-SHADOW_HALF_WIDTH = 1.55  # metres of ground round the character that its shadow can reach
+SHADOW_MARGIN = 0.3  # metres of ground round the joints' shadows that the body's blurred one can reach
 HARDWARE_SAMPLES = 4
 SOFTWARE_PIXELS = 1280 * 720  # of the scene where a processor draws; a larger window shows it magnified, its text sharp
 GROUND_SEEN = 60.0  # metres: the sky is drawn down to the ground that far off, where haze has given it the sky's colour
@@ -53,9 +53,7 @@ class Renderer:
         world_to_clip = camera.world_to_clip(size[0] / size[1])
 
         figures = self._figures(frame, view)
-        centre = frame.styled.root_position - TO_LIGHT * (0.9 / TO_LIGHT[1])  # the shadow falls away from the light
-        centre = centre + view.twin_shift / 2
-        area = (centre[0], centre[2], SHADOW_HALF_WIDTH + (0.6 if view.twin == "beside" else 0.0))
+        area = _shadow_area(frame, view)
         shadow = self._shadow.draw(self._bodies, figures, to_light=TO_LIGHT, area=area)
 
         self._scene.bind()
@@ -92,6 +90,16 @@ class Renderer:
         if view.arrow and view.paths is None:
             rows += marks.arrow(frame)
         return np.array(rows, np.float32)
+
+
+def _shadow_area(frame: Frame, view: View) -> tuple[float, float, float]:
+    """The square of ground that holds the shadows: centre x, z and half its side. A small one is quick to draw."""
+    joints = frame.styled.positions
+    if view.twin == "beside":
+        joints = np.concatenate([joints, frame.neutral.positions + view.twin_shift])
+    ground = joints[:, [0, 2]] - TO_LIGHT[[0, 2]] * (joints[:, 1:2] / TO_LIGHT[1])  # the shadow falls away from the light
+    low, high = ground.min(0) - SHADOW_MARGIN, ground.max(0) + SHADOW_MARGIN
+    return *((low + high) / 2), float((high - low).max() / 2)
 
 
 def _ghosts(frame: Frame, view: View) -> list[tuple[body.Figure, float]]:

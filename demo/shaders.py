@@ -144,8 +144,8 @@ void main() {
 # ---- ground and sky -----------------------------------------------------------------------------------------
 
 SKY = """
-const vec3 HORIZON = vec3(0.860, 0.890, 0.915);
-const vec3 ZENITH = vec3(0.46, 0.60, 0.745);
+const vec3 HORIZON = vec3(0.872, 0.896, 0.914);
+const vec3 ZENITH = vec3(0.38, 0.545, 0.72);
 """
 
 SKY_VERTEX = VERSION + """
@@ -197,8 +197,11 @@ float lines(vec2 p, vec2 density, float width) {
 void main() {
     float distance = dot(from_focus, from_focus);
     vec2 density = 1.0 / fwidth(world);
-    float marks = 0.055 * lines(world, density, 0.010) + 0.080 * lines(world * 0.2, density * 5.0, 0.0035);
-    vec3 ground = mix(vec3(0.735, 0.765, 0.790), vec3(0.815, 0.832, 0.845), 1.0 / (1.0 + distance * 0.06));
+    float marks = 0.050 * lines(world, density, 0.010) + 0.085 * lines(world * 0.2, density * 5.0, 0.0035);
+    // Tiles of a metre, light and dark in turn; where a pixel holds several, their mean.
+    vec2 tile = clamp((abs(fract(world * 0.5 + 0.25) - 0.5) - 0.25) * density * 2.0, -1.0, 1.0);
+    marks += 0.011 * tile.x * tile.y * clamp(min(density.x, density.y) * 0.2 - 0.3, 0.0, 1.0);
+    vec3 ground = mix(vec3(0.700, 0.735, 0.765), vec3(0.825, 0.838, 0.845), 1.0 / (1.0 + distance * 0.05));
     pixel = vec4(mix(HORIZON, ground - marks, 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
 }
 """

@@ -78,7 +78,7 @@ def _laid_over(table: dict[str, Names], entries: dict, section: str, file: Path)
             raise ValueError(f'{where}: give a list of names, such as {action} = ["{(table[action] or ("w",))[0]}"]')
         for name in names:
             _check(name, section, where)
-            if name in taken:
+            if name in taken and {action, taken[name]} != {"touch", "orbit"}:  # one button clicks and drags
                 raise ValueError(f"{where}: '{name}' is given to {taken[name]} already; leave it out of one of them")
             taken[name] = action
     own = {action: tuple(names) for action, names in entries.items()}

@@ -17,7 +17,7 @@ from sim.skeleton import CONTACT_JOINTS, INDEX, JOINT_COUNT, PARTS, REST_HIPS_HE
 DT = 1 / 60
 X, Z = np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
 STRIDE_PHASE = 2 * np.pi / 1.4  # radians a metre
-BENDS = {"bent": 0.35, "flapping": -0.6}  # style name -> radians
+BENDS = {"bent": 0.35, "flapping": -0.6, "marching": 0.2}  # style name -> radians
 
 
 class Walker:

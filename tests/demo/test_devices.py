@@ -266,7 +266,7 @@ def test_a_gamepad_comes_steers_and_goes(devices):
     assert "stick" in devices.handle(pygame.event.get())
     command = command_of(devices, camera_yaw=np.pi)
     assert command.move == pytest.approx((1, 0), abs=1e-3) and command.gait == "run"
-    assert command.face == pytest.approx((0, -1), abs=1e-3), "with the left trigger, the right stick pushed away faces away from the camera"
+    assert command.face == pytest.approx((0, -1), abs=1e-3), "held, it faces away from the camera"
     assert devices.take_camera() == (0, 0)
     pad.press(pygame.CONTROLLER_BUTTON_DPAD_UP)
     assert devices.handle(pygame.event.get()) == ["wake", "zoom_in"]
