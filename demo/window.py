@@ -9,6 +9,7 @@ import pygame
 
 TITLE = "Patchwalk"
 GL_VERSION = (3, 3)
+BASE_SIZE = (1280, 720)
 PACKAGES = "on Debian or Ubuntu: apt-get install libegl1 libgl1 libgl1-mesa-dri"
 # PyOpenGL asks this platform which context is current: it must be the one that SDL made the context with.
 PYOPENGL_PLATFORMS = {"x11": "glx", "wayland": "egl", "offscreen": "egl", "KMSDRM": "egl"}
@@ -95,26 +96,35 @@ class OffscreenWindow(Window):
         """There is no screen to fill."""
 
 
-def open_window(size: tuple[int, int] = (1280, 720), visible: bool = True) -> Window:
+def open_window(size: tuple[int, int] | None = None, visible: bool = True) -> Window:
     """Opens a window of (width, height) pixels, on the screen or off it, with a current OpenGL 3.3 context bound to it.
 
-    Raises NoDisplay where there is no screen (visible windows only) and NoGL where OpenGL cannot be had; each says in
+    Without a size it takes two thirds of the screen, as dense as that is. Raises NoDisplay where there is no screen (visible windows only) and NoGL where OpenGL cannot be had; each says in
     one sentence what is missing and which package brings it."""
     if visible and not has_display():
         raise NoDisplay("there is no display to open a window on: set DISPLAY or WAYLAND_DISPLAY, or run headless")
     pygame.display.quit()
+    os.environ.setdefault("SDL_WINDOWS_DPI_AWARENESS", "permonitorv2")  # else Windows magnifies the picture, blurred
     with _video_driver(None if visible else _offscreen_driver()):
         try:
             pygame.display.init()
         except pygame.error as error:
             raise NoDisplay(f"the display cannot be opened ({error}): check DISPLAY or WAYLAND_DISPLAY, "
                             "or run headless") from None
+    size = size or size_for(pygame.display.get_desktop_sizes()[0])
     try:
         _make_context(size if visible else (16, 16), visible)
         return (ScreenWindow if visible else OffscreenWindow)(size)
     except NoGL:
         pygame.display.quit()
         raise
+
+
+def size_for(screen: tuple[int, int]) -> tuple[int, int]:
+    """The size of a window on a screen of that size: 1280 x 720 where it is 1920 x 1080, more on a denser one."""
+    share = min(screen[0] / 1920, screen[1] / 1080)
+    scale = round(4 * share) / 4 if share >= 1 else min(1.0, 1.35 * share)
+    return round(BASE_SIZE[0] * scale), round(BASE_SIZE[1] * scale)
 
 
 def has_display() -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 import pygame
 import pytest
 
-from demo import body, colours, window
+from demo import body, colours, renderer, window
 from demo.camera import Camera
 from demo.hud import Panel, place
 from demo.renderer import Renderer, View
@@ -138,6 +138,21 @@ def test_no_display_and_no_gl_are_said_in_a_sentence(monkeypatch):
     monkeypatch.setattr(pygame.display, "set_mode", refuse)
     with pytest.raises(NoGL, match="apt-get install libegl1"):
         open_window(visible=False)
+
+
+@pytest.mark.parametrize("screen_size, size", [((1920, 1080), (1280, 720)), ((3840, 2160), (2560, 1440)), ((1366, 768), (1229, 691)),
+                                               ((2560, 1440), (1600, 900)), ((1280, 1024), (1152, 648))])
+def test_a_window_is_as_large_as_its_screen_allows(screen_size, size):
+    assert window.size_for(screen_size) == size
+
+
+def test_a_large_picture_is_drawn_small_and_magnified_where_a_processor_draws(screen, monkeypatch):
+    frame = frame_of()
+    whole = picture(screen, frame, view_of(frame), samples=0)
+    monkeypatch.setattr(renderer, "SOFTWARE_PIXELS", SIZE[0] * SIZE[1] / 4)
+    monkeypatch.setattr("demo.gl.is_software", lambda: True)
+    magnified = picture(screen, frame, view_of(frame), samples=0)
+    assert 0 < np.abs(whole - magnified).mean() < 4
 
 
 def test_an_old_opengl_is_refused(monkeypatch):
