@@ -4,9 +4,12 @@ An action may carry an argument after a colon, such as `choose:old` or `strength
 
 from typing import TYPE_CHECKING, Callable
 
-from demo import diagram
+import numpy as np
+
+from demo import diagram, taking
 from demo.canvas import ALERT
 from demo.view import TWINS
+from sim.skeleton import JOINT_COUNT
 from sim.worn import MAX_STRENGTH
 
 if TYPE_CHECKING:
@@ -54,7 +57,11 @@ def _on_diagram(live: "Live", at: str) -> None:
 
 def _touch(live: "Live", at: str) -> None:
     """A click on the scene picks the part of the figure that is there."""
-    part = live.part_at(tuple(map(float, at.split(","))), TOUCH_REACH)
+    camera, (width, height) = live.view.camera, live.window.size
+    joints = np.column_stack([live.frame.styled.positions, np.ones(JOINT_COUNT)]) @ camera.world_to_clip(width / height).T
+    places = (joints[:, :2] / joints[:, 3:] * [1, -1] + 1) / 2 * live.window.size
+    pixel = 2 * np.tan(camera.field_of_view / 2) / min(width, height) * camera.distance  # metres, where the figure is
+    part = diagram.nearest_part(places, np.array(at.split(","), float), TOUCH_REACH / pixel)
     if part:
         _pick(live, part)
 
@@ -156,9 +163,9 @@ ACTIONS: dict[str, Action] = {
     "menu_do": lambda live, _: live.menu.do(live.do, live.presets.slots),
     "menu_other": lambda live, _: live.menu.do(live.do, live.presets.slots, other=True),
     "panels": _toggle("hidden"), "help": _toggle("helping"),
-    "record": lambda live, _: live.toggle_recording(),
-    "export": lambda live, _: live.export(),
-    "screenshot": lambda live, _: live.screenshot(),
+    "record": lambda live, _: taking.toggle_recording(live),
+    "export": lambda live, _: taking.export(live),
+    "screenshot": lambda live, _: taking.screenshot(live),
     "full_screen": lambda live, _: live.window.toggle_full_screen(),
     "resized": lambda live, _: live.resize(),
     "leave": _leave, "quit": lambda live, _: setattr(live, "leaving", True),

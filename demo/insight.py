@@ -31,6 +31,10 @@ class Insight:
         self._frames.append(frame)
         self._count += 1
 
+    def forget(self) -> None:
+        """The character starts anew: its past is not this one's."""
+        self._frames.clear()
+
     def paths(self) -> Paths | None:
         """The root's way; None for a controller that plans none."""
         way = getattr(self._session.controller, "trajectory", None)
@@ -50,7 +54,7 @@ class Insight:
         shown = []
         if "times" in seen:
             shown.append(self._look("times", (), lambda: panels.times(self._session.latency)))
-        if "phase" in seen:
+        if "phase" in seen and self._frames:
             shown.append(panels.dial(self._frames[-1].neutral))
         if "attention" in seen:
             shown.append(self._look("attention", (part, worn), lambda: panels.attention(self._attend(part), part, worn)))

@@ -1,46 +1,115 @@
-"""The README's picture: `python -m demo.pictures` draws it again, with the product's own session and renderer."""
+"""The README's pictures: `python -m demo.pictures` draws them again, with the product's own session, window and renderer."""
 
+import tempfile
 from pathlib import Path
+from typing import Iterator
 
 import numpy as np
 import pygame
 
-from demo import assemble, panels
+from demo import assemble, panels, video
+from demo.camera import Camera
+from demo.live import Live
+from demo.presets import Presets, describe
 from demo.renderer import Renderer
 from demo.view import View
 from demo.window import Window, open_window
+from sim.clip import FPS
 from sim.command import Command
+from sim.session import Session
 from sim.skeleton import expand_part
+from sim.worn import Worn
 
-PICTURE = Path(__file__).parent / "pictures" / "styles.png"
-SIZE = (250, 360)  # pixels of each panel
-FRAMES = 204  # of a straight walk; the moment is chosen so that the step is wide
-DISTANCE = 2.7  # metres from the camera
-# What each panel's walker wears: part or group -> style.
-PANELS = ({}, {"all": "old"}, {"all": "proud"}, {"all": "childish"}, {"all": "marching"},
-          {"legs": "old", "spine": "proud", "arms": "marching"})
+FOLDER = Path(__file__).parent / "pictures"
+STRIP_SIZE = (250, 360)  # pixels of each walker
+STRIP_FRAMES = 204  # of a straight walk; the moment is chosen so that the step is wide
+STRIP_DISTANCE = 2.7  # metres from the camera
+# What each walker of the strip wears: part or group -> style.
+STRIP = ({}, {"all": "old"}, {"all": "proud"}, {"all": "childish"}, {"all": "marching"},
+         {"legs": "old", "spine": "proud", "arms": "marching"})
+
+WINDOW_SIZE = (1280, 720)
+WINDOW_FRAMES = 150
+WINDOW_ACTIONS = ("preset_1", "pick_left_arm", "skeleton", "trajectory", "phase", "times", "attention", "twin")
+
+GIF_SIZE = (400, 280)
+GIF_START = 150  # frames of walking before the first picture
+# Frames after the first picture -> what is put on then.
+GIF_STYLES = {0: {}, 45: {"legs": "old"}, 95: {"spine": "proud"}, 145: {"arms": "marching"}, 205: {"all": "childish"}}
+GIF_FRAMES = 270
+GIF_WALK = (-0.3, 0.95)  # the stick
+GIF_DISTANCE = 3.0
 
 
 def draw() -> None:
-    """Writes PICTURE: the same step of the same walk, in one style after another."""
-    with open_window(SIZE, visible=False) as window:
-        strip = np.concatenate([_panel(window, wears) for wears in PANELS], axis=1)
-    pygame.image.save(pygame.image.frombuffer(strip.tobytes(), strip.shape[1::-1], "RGB"), str(PICTURE))
+    """Writes every picture."""
+    strip()
+    live_window()
+    gif()
 
 
-def _panel(window: Window, wears: dict[str, str]) -> np.ndarray:
-    style = {part: (name, 1.0) for group, name in wears.items() for part in expand_part(group)}
-    session = assemble.build_session()
-    for _ in range(FRAMES):
-        frame = session.step(Command((0.0, 1.0), style=style))
+def strip() -> None:
+    """styles.png: the same step of the same walk, in one style after another."""
+    with open_window(STRIP_SIZE, visible=False) as window:
+        _save("styles.png", np.concatenate([_walker(window, wears) for wears in STRIP], axis=1))
+
+
+def live_window() -> None:
+    """window.png: the live window with its panels and what can be seen inside."""
+    with open_window(WINDOW_SIZE, visible=False) as window, tempfile.TemporaryDirectory() as folder:
+        session = assemble.build_session()
+        clock = iter(np.arange(0, 1e6, 1 / FPS))
+        live = Live(session, session.stylizer.styles, window, clock=lambda: next(clock), presets=Presets(Path(folder) / "none"))
+        live.devices.command = lambda yaw, facing, style, seconds: Command((0.45, 0.85), style=style)
+        live.view.camera.orbit(0.35, 0.02)
+        for action in WINDOW_ACTIONS:
+            live.do(action)
+        for _ in range(WINDOW_FRAMES):
+            live.step()
+            live.draw()  # each one, because times and colours are of the pictures before
+        _save("window.png", window.read_pixels())
+
+
+def gif() -> None:
+    """walk.gif: one walk, restyled part by part."""
+    video.write_gif(FOLDER / "walk.gif", _restyled_walk())
+
+
+def _restyled_walk() -> Iterator[np.ndarray]:
+    session, style = assemble.build_session(), {}
+    view = View(Camera(distance=GIF_DISTANCE), arrow=False, contacts=False)
+    with open_window(GIF_SIZE, visible=False) as window:
+        renderer = Renderer(window.size)
+        for number in range(-GIF_START, GIF_FRAMES):
+            style = {**style, **_style(GIF_STYLES.get(number, {}))}
+            frame = session.step(Command(GIF_WALK, style=style))
+            view.follow(frame, 1 / FPS)
+            if number >= 0 and number % video.GIF_STEP == 0:
+                view.panels = (panels.line(describe(style), "bottom"),)
+                window.bind()
+                renderer.draw(frame, view)
+                yield window.read_pixels()
+
+
+def _walker(window: Window, wears: dict[str, str]) -> np.ndarray:
+    session: Session = assemble.build_session()
+    for _ in range(STRIP_FRAMES):
+        frame = session.step(Command((0.0, 1.0), style=_style(wears)))
     caption = ", ".join(f"{name} {group}" if len(wears) > 1 else name for group, name in wears.items()) or "neutral"
-    view = View(arrow=False, contacts=False, panels=(panels.line(caption, "bottom"),))
-    view.camera.distance = DISTANCE
+    view = View(Camera(distance=STRIP_DISTANCE), arrow=False, contacts=False, panels=(panels.line(caption, "bottom"),))
     view.camera.jump(frame.styled.root_position)
     window.bind()
-    renderer = Renderer(window.size)
-    renderer.draw(frame, view)
+    Renderer(window.size).draw(frame, view)
     return window.read_pixels()
+
+
+def _style(wears: dict[str, str]) -> dict[str, Worn]:
+    """Part or group -> style, as a command has it."""
+    return {part: (name, 1.0) for group, name in wears.items() for part in expand_part(group)}
+
+
+def _save(name: str, pixels: np.ndarray) -> None:
+    pygame.image.save(pygame.image.frombuffer(pixels.tobytes(), pixels.shape[1::-1], "RGB"), str(FOLDER / name))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A recording watched in a window: the live window's picture at the recording's own pace, without its keys."""
+"""A recording watched in a window: the live window's picture at the recording's own pace; the mouse turns the camera."""
 
 import time
 from typing import Iterable, Iterator
@@ -6,6 +6,9 @@ from typing import Iterable, Iterator
 import pygame
 
 from demo import panels
+from demo.bindings import DEFAULT
+from demo.camera import Camera
+from demo.pointer import Pointer
 from demo.renderer import Renderer
 from demo.view import View
 from demo.window import open_window
@@ -19,13 +22,16 @@ def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
 
     After Esc, or with the window closed, the rest comes as fast as it goes. Raises NoDisplay and NoGL (demo.window)."""
     with open_window() as window:
-        renderer, view, watching, start = Renderer(window.size), View(), True, time.perf_counter()
+        renderer, view, pointer = Renderer(window.size), View(), Pointer(DEFAULT.mouse)
+        watching, start = True, time.perf_counter()
         for number, command in enumerate(commands):
             frame = session.step(command)
             yield frame
             if not watching:
                 continue
-            watching = not any(_leaves(event) for event in pygame.event.get())
+            events = pygame.event.get()
+            watching = not any(_leaves(event) for event in events)
+            _turn(view.camera, pointer, events)
             if window.follow_size():
                 renderer.resize(window.size)
             view.follow(frame, 1 / FPS)
@@ -38,6 +44,16 @@ def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
                 window.bind()
                 renderer.draw(frame, view)
             window.show()
+
+
+def _turn(camera: Camera, pointer: Pointer, events: Iterable[pygame.event.Event]) -> None:
+    """Lets the mouse orbit and zoom, as in the live window."""
+    handlers = {pygame.MOUSEBUTTONDOWN: pointer.down, pygame.MOUSEBUTTONUP: pointer.up, pygame.MOUSEMOTION: pointer.motion,
+                pygame.MOUSEWHEEL: pointer.wheel}
+    actions = [action for event in events if event.type in handlers for action in handlers[event.type](event)]
+    camera.zoom(actions.count("zoom_in") - actions.count("zoom_out"))
+    camera.orbit(*pointer.orbit)
+    pointer.orbit = [0.0, 0.0]
 
 
 def _leaves(event: pygame.event.Event) -> bool:

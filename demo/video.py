@@ -49,7 +49,7 @@ def render(path: Path, frames: Sequence[Frame], latency: Latency) -> None:
 
     Drawing is timed as the stage `render`. Raises ValueError where OpenGL is missing or ffmpeg gives up."""
     if path.suffix.lower() == ".gif":
-        _write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency))
+        write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency))
     else:
         _write_mp4(path, _pictures(frames, SIZE, 1, latency))
 
@@ -83,7 +83,8 @@ def _write_mp4(path: Path, pictures: Iterator[np.ndarray]) -> None:
             raise ValueError("ffmpeg stopped before the video was whole; is the disk full?") from error
 
 
-def _write_gif(path: Path, pictures: Iterator[np.ndarray]) -> None:
+def write_gif(path: Path, pictures: Iterator[np.ndarray]) -> None:
+    """Writes pictures (height, width, 3) uint8, 20 of them a second, as an endless loop."""
     with closing(pictures):
         # The octree keeps the figure's colours; the others spend nearly all on sky and ground. Dithering triples the file.
         colours = {"method": Image.Quantize.FASTOCTREE, "dither": Image.Dither.NONE}

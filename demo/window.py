@@ -99,7 +99,9 @@ class OffscreenWindow(Window):
 def open_window(size: tuple[int, int] | None = None, visible: bool = True) -> Window:
     """Opens a window of (width, height) pixels, on the screen or off it, with a current OpenGL 3.3 context bound to it.
 
-    Without a size it takes two thirds of the screen, as dense as that is. Raises NoDisplay where there is no screen (visible windows only) and NoGL where OpenGL cannot be had; each says in
+    Without a size it takes two thirds of the screen.
+
+    Raises NoDisplay where there is no screen (visible windows only) and NoGL where OpenGL cannot be had; each says in
     one sentence what is missing and which package brings it."""
     if visible and not has_display():
         raise NoDisplay("there is no display to open a window on: set DISPLAY or WAYLAND_DISPLAY, or run headless")

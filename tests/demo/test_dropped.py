@@ -50,11 +50,11 @@ def drop(live: Live, *paths: Path) -> float:
 
 
 def run(live: Live, frames: int) -> None:
-    live.run((live.frames + frames) / 60, live._clock.sleep)
+    live.run((live.frames + frames) / 60, live.clock.sleep)
 
 
 def said(live: Live) -> list[str]:
-    return [text for _, text, _ in live._toasts]
+    return [text for _, text, _ in live.toasts]
 
 
 @pytest.fixture
@@ -70,19 +70,19 @@ def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_pat
     run(live, 5)
     assert drop(live, limp) < WITHIN
     assert "My-limp" in live.choice.styles and live.choice.style == {"left_arm": ("My-limp", 1.0)}
-    assert live._frame.command.style == live.choice.style and any("learned “My-limp”" in text for text in said(live))
+    assert live.frame.command.style == live.choice.style and any("learned “My-limp”" in text for text in said(live))
     assert Bank(bundled=bundled, user=tmp_path / "user").names == ("My-limp", "neutral", "old"), "kept for the next start"
 
     live.draw()
     with_inset = live.window.read_pixels().astype(int)
     for _ in range(20):
         live.inset.step()
-    live._paint()
-    live._paint()  # the clip moves in every second picture
+    live.paint()
+    live.paint()  # the clip moves in every second picture
     moved = live.window.read_pixels().astype(int)
     while live.inset.playing:
         live.inset.step()
-    live._paint()
+    live.paint()
     without = live.window.read_pixels().astype(int)
     height, width = without.shape[:2]
     changed = np.abs(moved - without).max(axis=2) > 8

@@ -6,7 +6,7 @@ import numpy as np
 import pygame
 import pytest
 
-from demo import panels
+from demo import panels, taking
 from demo.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
 from demo.style_choice import StyleChoice
 from sim import recording
@@ -54,7 +54,7 @@ def play(screen, script: dict[int, list], seconds: float, session=None, styles=S
 
     live.step, session.step = step_with_events, spy
     live.run(seconds, clock.sleep)
-    live.stop_recording()
+    taking.stop_recording(live)
     return live, commands
 
 
@@ -124,12 +124,12 @@ def test_a_recording_that_cannot_be_written_is_said_on_screen(screen):
 
     live, _ = play(screen, {3: [key("r")]}, seconds=0.2, recorder_factory=refuse)
     assert live.frames == 12 and live.files == [] and live.recorder is None
-    assert any("Permission denied" in text for _, text, _ in live._toasts)
+    assert any("Permission denied" in text for _, text, _ in live.toasts)
 
 
 def test_a_style_that_the_bank_refuses_is_said_and_taken_back(screen):
     live, commands = play(screen, {3: [key("]")], 6: [key("w")]}, seconds=0.3, styles=("gone",))
-    assert any("unknown style 'gone'" in text for _, text, _ in live._toasts)
+    assert any("unknown style 'gone'" in text for _, text, _ in live.toasts)
     assert live.choice.style == {} and commands[-1].style == {} and live.frames == 18
 
 

@@ -140,8 +140,9 @@ def test_no_display_and_no_gl_are_said_in_a_sentence(monkeypatch):
         open_window(visible=False)
 
 
-@pytest.mark.parametrize("screen_size, size", [((1920, 1080), (1280, 720)), ((3840, 2160), (2560, 1440)), ((1366, 768), (1229, 691)),
-                                               ((2560, 1440), (1600, 900)), ((1280, 1024), (1152, 648))])
+@pytest.mark.parametrize("screen_size, size", [
+    ((1920, 1080), (1280, 720)), ((3840, 2160), (2560, 1440)), ((1366, 768), (1229, 691)), ((2560, 1440), (1600, 900)),
+    ((1280, 1024), (1152, 648))])
 def test_a_window_is_as_large_as_its_screen_allows(screen_size, size):
     assert window.size_for(screen_size) == size
 

@@ -7,7 +7,7 @@ import numpy as np
 import pygame
 import pytest
 
-from demo import assemble, takes
+from demo import assemble, takes, taking
 from demo.live import run_live
 from sim import bvh, recording
 from sim.session import Frame
@@ -58,10 +58,10 @@ def test_f9_exports_the_last_ten_seconds(screen, monkeypatch):
     session = fake_session()
     frames = shown_since_restart(session)
     live, _ = play(screen, {0: [key("w")], 40: [key("f9"), key("f9")]}, seconds=0.75, session=session)
-    assert sum("still being written" in text for _, text, _ in live._toasts) == 1
+    assert sum("still being written" in text for _, text, _ in live.toasts) == 1
     assert live.frames == 45, "the walk goes on"
     written = live.takes.finished(wait=True)
-    live.show_written(written)
+    taking.show_written(live, written)
     paths = {path.suffix: path for path in Path.cwd().iterdir()}
     assert set(written.files) == set(live.files) == set(paths.values()) and {".bvh", ".glb"} <= set(paths)
     assert len({path.stem for path in paths.values()}) == 1
@@ -92,6 +92,6 @@ def test_an_export_is_finished_before_the_program_ends(screen, capsys):
 @pytest.mark.parametrize("taken", ["jsonl", "glb"])
 def test_names_of_new_files_are_free(screen, taken):
     live, _ = play(screen, {}, seconds=0.05)
-    first = live._new_file("bvh", taken)
+    first = taking.new_file("bvh", taken)
     first.with_suffix(f".{taken}").touch()
-    assert live._new_file("bvh", taken).stem != first.stem
+    assert taking.new_file("bvh", taken).stem != first.stem

@@ -9,7 +9,7 @@ import pygame
 import pytest
 from pygame._sdl2 import controller
 
-from demo import actions, bindings, diagram, hud, user_bindings
+from demo import actions, bindings, diagram, hud, overlay, user_bindings
 from demo.bindings import DEFAULT, SLOTS
 from demo.live import Live
 from demo.presets import Presets, describe
@@ -96,7 +96,7 @@ def test_a_part_is_picked_on_the_figure_itself(player):
     player.live.hidden = True
     player.post(frames=60)
     camera, (width, height) = player.live.view.camera, SIZE
-    hand = np.append(player.live._frame.styled.positions[19], 1) @ camera.world_to_clip(width / height).T
+    hand = np.append(player.live.frame.styled.positions[19], 1) @ camera.world_to_clip(width / height).T
     at = (hand[0] / hand[3] + 1) / 2 * width, (1 - hand[1] / hand[3]) / 2 * height
     player.post(*click(at))
     assert player.live.choice.picked == "right_arm"
@@ -200,14 +200,14 @@ def test_presets_by_mouse(player):
 
 def test_a_preset_whose_style_is_gone_is_said(player):
     player.press("1", mod=pygame.KMOD_LCTRL)
-    assert player.style == {} and any("unknown style 'exhausted'" in text for _, text, _ in player.live._toasts)
+    assert player.style == {} and any("unknown style 'exhausted'" in text for _, text, _ in player.live.toasts)
 
 
 def test_a_preset_that_cannot_be_written_is_said(player, monkeypatch, tmp_path):
     (tmp_path / "home").write_text("a file where the folder should be")
     player.press("]")
     player.press("2", mod=pygame.KMOD_LCTRL | pygame.KMOD_LSHIFT)
-    assert any("cannot write" in text for _, text, _ in player.live._toasts)
+    assert any("cannot write" in text for _, text, _ in player.live.toasts)
 
 
 def test_bundled_presets_use_bundled_styles(tmp_path):
@@ -249,8 +249,8 @@ def test_each_look_inside_changes_the_picture_and_goes_again(player, name, press
     live = player.live
 
     def picture():
-        live._look(player.clock())
-        live._paint()
+        overlay.look(live, player.clock())
+        live.paint()
         return live.window.read_pixels().astype(int)
 
     before = picture()
@@ -321,7 +321,7 @@ def test_panels_stay_within_windows_of_all_sizes(player, size):
     player.live.seen |= {"times", "phase", "attention"}
     player.live.choice.blending = True
     player.live.window.size = SIZE
-    for placed in hud.place(tuple(player.live._panels(0.0)), size):
+    for placed in hud.place(tuple(overlay._panels(player.live)), size):
         left, top, width, height = placed.box
         if size[1] >= 720:
             assert left >= 0 and top >= 0 and left + width <= size[0] and top + height <= size[1]
