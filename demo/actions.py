@@ -106,6 +106,13 @@ def _see(name: str) -> Action:
     return toggle
 
 
+def _choose(live: "Live", name: str) -> None:
+    """A click in the list, which ends a search."""
+    live.choice.choose(name)
+    if live.devices.mode == "typing":
+        live.type(False)
+
+
 def _search(live: "Live", _: str) -> None:
     live.hidden = False
     live.type(True)
@@ -138,7 +145,7 @@ ACTIONS: dict[str, Action] = {
     "pick": _pick, "part_previous": _pick_next(-1), "part_next": _pick_next(1), "diagram": _on_diagram, "touch": _touch,
     "style_previous": lambda live, _: live.choice.cycle(-1),
     "style_next": lambda live, _: live.choice.cycle(1),
-    "choose": lambda live, name: live.choice.choose(name),
+    "choose": _choose,
     "weaker": lambda live, _: live.choice.change_strength(-1),
     "stronger": lambda live, _: live.choice.change_strength(1),
     "strength": lambda live, share: live.choice.set_strength(float(share) * MAX_STRENGTH),

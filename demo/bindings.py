@@ -83,6 +83,7 @@ MENU_PAD = {"dpad_up": "menu_up", "dpad_down": "menu_down", "dpad_left": "menu_l
             "a": "menu_do", "x": "menu_other", "b": "menu"}
 TYPING_KEYS = {"return": "typed", "keypad enter": "typed", "escape": "untyped", "backspace": "erase", "up": "style_previous",
                "down": "style_next"}
+TYPING_PAD = {"b": "untyped"}
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ TRIGGERS = {"lefttrigger": pygame.CONTROLLER_AXIS_TRIGGERLEFT, "righttrigger": p
 SHIFT_TRIGGER = "lefttrigger+"
 KEY_PREFIXES = ("ctrl+", "shift+")  # in this order before the name of a key
 KEY_MASKS = (pygame.KMOD_CTRL | pygame.KMOD_META, pygame.KMOD_SHIFT)  # Command on a Mac does as Ctrl elsewhere
-MODES = {"menu": (bindings.MENU_KEYS, bindings.MENU_PAD), "typing": (bindings.TYPING_KEYS, {})}
+MODES = {"menu": (bindings.MENU_KEYS, bindings.MENU_PAD), "typing": (bindings.TYPING_KEYS, bindings.TYPING_PAD)}
 # Any of these is a person who wants to do something; so is a stick out of its dead zone (the action `stick`).
 WAKING = (pygame.KEYDOWN, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL, pygame.CONTROLLERBUTTONDOWN)
 

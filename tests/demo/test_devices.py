@@ -282,6 +282,20 @@ def test_a_gamepad_comes_steers_and_goes(devices):
     assert command_of(devices).move == pytest.approx((0, 1))
 
 
+def test_of_two_gamepads_the_one_used_last_steers(devices):
+    first, second = VirtualPad(), VirtualPad()
+    devices.handle(pygame.event.get())
+    for pad, x in ((first, 1.0), (second, -1.0), (first, 0.9)):
+        pad.move(pygame.CONTROLLER_AXIS_LEFTX, x)
+        devices.handle(pygame.event.get())
+        assert np.sign(command_of(devices, camera_yaw=np.pi).move[0]) == np.sign(x)
+    first.pull()
+    devices.handle(pygame.event.get())
+    assert command_of(devices, camera_yaw=np.pi).move == pytest.approx((-1, 0), abs=1e-3), "the other one takes over"
+    second.pull()
+    devices.handle(pygame.event.get())
+
+
 def test_a_pad_that_is_there_from_the_start_counts_once(devices):
     pad = VirtualPad()
     again = Devices()

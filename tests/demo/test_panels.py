@@ -37,7 +37,7 @@ def dressed() -> StyleChoice:
 def latency() -> Latency:
     result = Latency()
     for place, stage in enumerate(STAGES):
-        result.seconds[stage] += [1e-3 * (1 + place + (frame % 20) / 10) for frame in range(FRAMES)]
+        result.seconds[stage].extend(1e-3 * (1 + place + (frame % 20) / 10) for frame in range(FRAMES))
     return result
 
 
@@ -97,6 +97,6 @@ def test_text_that_is_too_long_is_shortened():
 
 def test_times_show_the_newest_frames_last():
     few = Latency()
-    few.seconds["controller"] += [0.001, 0.002]
+    few.seconds["controller"].extend([0.001, 0.002])
     columns = Times.of(few).columns
     assert len(columns) == FRAMES and [column[0] for column in columns[-3:]] == [0.0, 1.0, 2.0]

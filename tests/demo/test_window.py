@@ -9,7 +9,7 @@ import pygame
 import pytest
 from pygame._sdl2 import controller
 
-from demo import actions, bindings, diagram, hud, overlay, user_bindings
+from demo import actions, bindings, cli, diagram, hud, overlay, user_bindings
 from demo.bindings import DEFAULT, SLOTS
 from demo.live import Live
 from demo.presets import Presets, describe
@@ -139,8 +139,16 @@ def test_searching_by_typing(player):
     assert player.live.choice.name == "marching" and player.live.devices.mode == ""
     player.press("/")
     player.post(text("zzz"))
+    player.click("search")
     player.press("escape")
     assert player.live.choice.search == "" and not player.live.leaving and player.live.choice.name == "marching"
+
+
+def test_searching_with_the_mouse_ends_with_a_click(player):
+    player.click("search")
+    player.post(text("flap"))
+    player.click("choose:flapping")
+    assert player.live.choice.name == "flapping" and player.live.devices.mode == "" and player.live.choice.search == ""
 
 
 def test_two_styles_are_blended_on_a_part(player):
@@ -390,6 +398,22 @@ def test_a_bad_file_of_bindings_is_one_sentence(tmp_path, content, said):
     with pytest.raises(ValueError, match="keys.toml") as error:
         user_bindings.load(file)
     assert said in str(error.value) and "\n" not in str(error.value)
+
+
+def test_the_command_writes_the_file_once(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path))
+    assert cli.main(["keys", "--write"]) == 0 and user_bindings.load(tmp_path / "keys.toml") == DEFAULT
+    assert cli.main(["keys", "--write"]) == 2 and "is there already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name, content", [("keys.toml", "[keys]\ntwn = []\n"), ("presets.json", "[]")])
+def test_a_mistake_in_the_users_files_is_said_before_a_window_opens(tmp_path, monkeypatch, capsys, name, content):
+    monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path))
+    monkeypatch.setenv("SDL_VIDEODRIVER", "offscreen")
+    (tmp_path / name).write_text(content)
+    assert cli.main([]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and name in error
 
 
 def test_readme_shows_the_keys_that_there_are():
