@@ -132,7 +132,7 @@ _MOUSE_SHOWN = {"left": "click", "right": "", "middle": "", "wheel up": "wheel",
 
 def _text(columns: list[Names], shown: Mapping[str, str]) -> str:
     """Names of several actions: the first of each together, then the second of each, and so on."""
-    if len(columns) > 4:  # a row of numbers
+    if len(columns) > 4 and all(columns):  # a row of numbers
         return f"{_name(columns[0][0], shown)} .. {_name(columns[-1][0].split('+')[-1], shown)}"
     rows = [[names[place] for names in columns if place < len(names)]
             for place in range(max(map(len, columns), default=0))]

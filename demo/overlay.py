@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from demo.live import Live
 
 GLOW_SECONDS = 0.5
-INSET_ROOM = SIDES[1] * 720 + 20  # units that the clip in the lower right corner takes from what stands there
+INSET_ROOM = SIDES[1] * 720 + 8  # units that the clip in the lower right corner takes from what stands there
 
 
 def look(live: "Live", now: float) -> None:
@@ -50,7 +50,8 @@ def _main_panels(live: "Live") -> Iterator[hud.Panel]:
     yield panels.status(live.choice, live.figures, live.missed, live.devices.facing_held, live.recorder, brief=not live.hidden)
     if live.hints.text:
         yield panels.line(live.hints.text, "bottom")
-    for panel in live.insight.panels(live.seen, live.choice):
-        yield panels.lifted(panel, INSET_ROOM if live.inset.playing else 0)
+    if not (live.menu.open and live.inset.playing):  # there is no room for all three
+        for panel in live.insight.panels(live.seen, live.choice):
+            yield panels.lifted(panel, INSET_ROOM if live.inset.playing else 0)
     if live.menu.open:
         yield panels.menu(live.menu, live.presets, lambda action: actions.is_on(live, action))

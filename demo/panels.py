@@ -113,7 +113,7 @@ def presets(slots: Presets) -> Panel:
     buttons = []
     for slot in SLOTS:
         name, style = slots.slots.get(slot, ("", {}))
-        swatches = tuple(style_colour(style[part][0]) if part in style else OWN_STYLE for part in PART_NAMES) if name else ()
+        swatches = tuple(map(tuple, part_colours(style).round(3).tolist())) if name else ()
         buttons.append(Button(name or f"{slot}: right click saves", f"preset_{slot}", other=f"save_{slot}", swatches=swatches))
     rows = tuple(Buttons(tuple(buttons[place:place + 2]), 12) for place in range(0, len(buttons), 2))
     return Panel(rows, "top left", WARDROBE_WIDTH)

@@ -367,7 +367,9 @@ def test_keys_of_the_users_own(window, tmp_path):
     with pytest.raises(ValueError, match=r"\[mouse\] random: there is no such action"):
         user_bindings.load(file)
     file.write_text(file.read_text().replace('random = ["middle"]\n', ''))
+    file.write_text(file.read_text().replace("[mouse]", "pick_left_leg = []\nforward = []\n[mouse]"))
     table = user_bindings.load(file)
+    assert all(map(len, table.help_rows())) and table.help_rows()[0][1].startswith("A S D")
     assert table.keys["face_left"] == () and table.pad["pick_all"] == () and table.pad["twin"] == ("x",)
     player = Player(window, bindings=table)
     player.press("q")
