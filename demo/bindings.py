@@ -48,7 +48,7 @@ CONTROLS = (
             menu="style"),
     Control("whole body back to its own style", {"reset": ("delete", "shift+backspace")}, touch="“reset”", menu="style"),
     Control("random mix", {"random": ("v",)}, {"random": ("lefttrigger+x",)}, touch="“random”", menu="style"),
-    Control("neutral while held, to compare", {"compare": ("space",)}, {"compare": ("a",)}, touch="hold “A | B”"),
+    Control("neutral while held, to compare", {"compare": ("space",)}, {"compare": ("a",)}, touch="hold “A / B”"),
     Control("next preset", {"preset_next": ("l",)}, {"preset_next": ("rightstick",)}, touch="its button"),
     Control("wear a preset", {f"preset_{slot}": (f"ctrl+{slot}",) for slot in SLOTS}, touch="its button"),
     Control("save as a preset", {f"save_{slot}": (f"ctrl+shift+{slot}",) for slot in SLOTS}, touch="right click on it"),

@@ -19,7 +19,7 @@ class Hints:
                                             "or left and right on the d-pad"),
             (("weaker", "stronger", "strength"), f"Change how strong it is: the slider, {shown('weaker', 'stronger')}, "
                                                  "or the shoulder buttons"),
-            (("compare",), f"Hold {shown('compare')}, “A | B” or A on a gamepad to compare with the neutral walk"),
+            (("compare",), f"Hold {shown('compare')}, “A / B” or A on a gamepad to compare with the neutral walk"),
             (("help", "menu"), f"{shown('help')} shows everything else, {shown('menu')} or Start opens the menu"),
         ]
 

@@ -93,7 +93,7 @@ def wardrobe(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
         other = OWN_STYLE if choice.other in (OWN, "mixed") else style_colour(choice.other)
         widgets.append(Slider("share", f"{choice.share:.0%}", choice.share, "share", other, ("stronger", "weaker"), mark=HALF))
     widgets.append(Buttons((Button("own", "own_style"), Button("reset", "reset"), Button("random", "random"),
-                            Button("A | B", "compare", comparing, "hold")), SMALL))
+                            Button("A / B", "compare", comparing, "hold")), SMALL))
     return Panel(tuple(widgets), "top left", WARDROBE_WIDTH)
 
 
