@@ -50,8 +50,9 @@ CONTROLS = (
     Control("random mix", {"random": ("v",)}, {"random": ("lefttrigger+x",)}, touch="“random”", menu="style"),
     Control("neutral while held, to compare", {"compare": ("space",)}, {"compare": ("a",)}, touch="hold “A / B”"),
     Control("next preset", {"preset_next": ("l",)}, {"preset_next": ("rightstick",)}, touch="its button"),
-    Control("wear a preset", {f"preset_{slot}": (f"ctrl+{slot}",) for slot in SLOTS}, touch="its button"),
-    Control("save as a preset", {f"save_{slot}": (f"ctrl+shift+{slot}",) for slot in SLOTS}, touch="right click on it"),
+    Control("wear a preset", {f"preset_{slot}": (f"ctrl+{slot}",) for slot in SLOTS}, touch="its button", menu="presets"),
+    Control("save as a preset", {f"save_{slot}": (f"ctrl+shift+{slot}",) for slot in SLOTS}, touch="right click on it",
+            menu="presets"),
 
     Control("neutral twin beside it, as a ghost, gone", {"twin": ("n",)}, {"twin": ("y",)}, menu="see"),
     Control("skeleton", {"skeleton": ("k",)}, menu="see"),
@@ -105,7 +106,8 @@ class Bindings:
             keys = _text([self.keys[action] for action in control.keys], _SHOWN)
             pad = _text([self.pad[action] for action in control.pad], _PAD_SHOWN)
             mouse = _text([self.mouse[action] for action in control.mouse], _MOUSE_SHOWN)
-            rows.append((control.help, keys, " ".join(filter(None, (mouse, control.touch))), pad))
+            by_menu = "menu" if control.menu else ""
+            rows.append((control.help, keys, " ".join(filter(None, (mouse, control.touch))) or by_menu, pad or by_menu))
         return rows
 
     def shown(self, *actions: str) -> str:

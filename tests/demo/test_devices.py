@@ -171,8 +171,7 @@ def test_every_control_is_explained_and_can_be_reached_with_a_gamepad_alone():
     for what, *controls in rows:
         assert what and any(controls)
     assert "W A S D" in [keys.split(",")[0] for _, keys, _, _ in rows]
-    reached = [control.help for control in bindings.CONTROLS if not control.pad and not control.menu]
-    assert reached == ["wear a preset", "save as a preset"], "which the menu's page of presets does"
+    assert all(pad for *_, pad in rows)
 
 
 # ---- devices, with SDL's events -----------------------------------------------------------
