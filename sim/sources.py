@@ -11,6 +11,7 @@ ARCHIVES = {
     "snu-biped": "SNU Movement Research Lab (MIT)",
     "snu-styles": "SNU Movement Research Lab (Apache-2.0)",
     "100style-neutral": "100STYLE, Ian Mason (CC BY 4.0)",
+    "patchwalk": "motion of Patchwalk's own controller (as its weights)",
     "bandai-namco": "Bandai-Namco Research Motiondataset, Bandai Namco Research Inc. (CC BY-NC 4.0: non-commercial use only)",
 }
 

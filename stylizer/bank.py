@@ -74,6 +74,11 @@ def write(path: Path, name: str, style: Style, fingerprint: str, licence: str, s
     partial.replace(path)
 
 
+def kept_windows(tensors: dict[str, torch.Tensor]) -> np.ndarray:
+    """The windows (WINDOWS, WINDOW, 21, 15) that a style file was computed from, of a file that keeps them."""
+    return tensors["windows"].numpy().reshape(WINDOWS, WINDOW, JOINT_COUNT, FEATURES)
+
+
 class Bank:
     """All styles by name: the bundled ones and the user's own, for one weight file."""
 
@@ -153,4 +158,4 @@ class Bank:
                   windows)
             return self._read(path)
         return {level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
-                for level in self.model.config.style_levels}
+                for level in self.model.config.styled}

@@ -1,4 +1,4 @@
-"""Training data: a folder of BVH files, packed once into one array of features, and the windows drawn from it."""
+"""Training data: a folder of BVH files, packed once into one array of features."""
 
 import json
 import re
@@ -6,6 +6,7 @@ import zlib
 from collections import Counter
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Iterable
 
 import numpy as np
 from tqdm import tqdm
@@ -13,7 +14,7 @@ from tqdm import tqdm
 from sim.clip import FPS, Clip
 from sim.features import FEATURES, LAYOUT, LAYOUT_VERSION, STRIDE, WINDOW, clip_features
 from sim.retarget import load_clip
-from sim.skeleton import INDEX, JOINT_COUNT, MIRROR, skeleton_hash
+from sim.skeleton import INDEX, JOINT_COUNT, skeleton_hash
 
 STYLE_WINDOW = 32  # samples of a style clip in training: about one gait cycle
 CONTENT_SPAN = (WINDOW - 1) * STRIDE  # frames between the first and the last sample of a content window
@@ -23,10 +24,6 @@ UPRIGHT = 0.55  # metres; clips whose hips come lower (crawling, lying) are not 
 MOVING = 0.4  # m/s; slower clips are gestures and idling, drawn less often
 STILL_SHARE = 0.5
 HELD_OUT_EVERY = 10  # one clip in ten, by a hash of its name, is never trained on
-
-# Mirroring in features: the x of every vector flips, and so does the turn rate.
-MIRROR_SIGNS = np.where(np.isin(np.arange(FEATURES), (0, 3, 6, 9, 12, 14)), -1.0, 1.0).astype(np.float32)
-
 
 @dataclass(frozen=True)
 class PackedClip:
@@ -88,20 +85,6 @@ def _usable_features(clip: Clip) -> np.ndarray:
     return features
 
 
-def mirrored(features: np.ndarray) -> np.ndarray:
-    """Features (..., 21, 15) of the motion with left and right exchanged."""
-    return features[..., MIRROR, :] * MIRROR_SIGNS
-
-
-@dataclass
-class Batch:
-    """Windows (B, samples, 21, 15): `source` ends with the content window, `later` is that window LATER frames on."""
-
-    source: np.ndarray  # (B, STYLE_WINDOW, ...)
-    later: np.ndarray  # (B, WINDOW, ...)
-    target: np.ndarray  # (B, STYLE_WINDOW, ...)
-
-
 class MotionData:
     """Packed features (frames, 21, 15) and the clips in them."""
 
@@ -118,6 +101,13 @@ class MotionData:
     def split(self, held_out: bool) -> "MotionData":
         """The clips for training, or the held-out ones; a set too small to split serves as both."""
         clips = [clip for clip in self.clips if clip.held_out == held_out] or self.clips
+        return MotionData(self.motion, clips, self.skipped)
+
+    def without(self, words: Iterable[str]) -> "MotionData":
+        """The clips in whose file name none of the words stands. Raises ValueError where none is left."""
+        clips = [clip for clip in self.clips if not any(word in Path(clip.name).name.lower() for word in words)]
+        if not clips:
+            raise ValueError("every clip is left out: leave out fewer words")
         return MotionData(self.motion, clips, self.skipped)
 
     def features(self, clip: PackedClip) -> np.ndarray:
@@ -141,49 +131,3 @@ class MotionData:
         for group, clip in zip(groups, self.clips):
             frames[group] += clip.frames
         return np.array([clip.frames / frames[group] ** 0.5 for group, clip in zip(groups, self.clips)])
-
-
-class Sampler:
-    """Draws batches; its random state can be saved, so that training resumes exactly."""
-
-    def __init__(self, data: MotionData, seed: int) -> None:
-        self.data = data
-        self.source_weights, self.target_weights = data.weights()
-        self.random = np.random.default_rng(seed)
-        self.speeds = np.array([clip.speed for clip in data.clips])
-
-    def batch(self, size: int) -> Batch:
-        """Random windows, half of them mirrored. Half of the targets move about as fast as their source."""
-        sources = self.random.choice(len(self.speeds), size, p=self.source_weights)
-        candidates = self.random.choice(len(self.speeds), (size, 4), p=self.target_weights)
-        closest = np.abs(self.speeds[candidates] - self.speeds[sources][:, None]).argmin(axis=1)
-        targets = candidates[np.arange(size), np.where(self.random.random(size) < 0.5, closest, 0)]
-        source, later = zip(*(self._source(self.data.clips[i]) for i in sources))
-        return Batch(np.stack(source), np.stack(later), np.stack([self._target(self.data.clips[i]) for i in targets]))
-
-    def _source(self, clip: PackedClip) -> tuple[np.ndarray, np.ndarray]:
-        end = self.random.integers(CONTENT_SPAN, clip.frames - LATER)
-        flip = mirrored if self.random.random() < 0.5 else np.asarray
-        return flip(self._window(clip, end, STYLE_WINDOW)), flip(self._window(clip, end + LATER, WINDOW))
-
-    def _target(self, clip: PackedClip) -> np.ndarray:
-        flip = mirrored if self.random.random() < 0.5 else np.asarray
-        return flip(self._window(clip, self.random.integers(clip.frames), STYLE_WINDOW))
-
-    def _window(self, clip: PackedClip, end: int, samples: int) -> np.ndarray:
-        """`samples` at 30 Hz that end with frame `end`; a clip too short for them is repeated."""
-        frames = (end - STRIDE * np.arange(samples)[::-1]) % clip.frames
-        return self.data.motion[clip.start + frames].astype(np.float32)
-
-
-def statistics(sampler: Sampler, batches: int = 64) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and deviation (21, 15) of what the sampler draws.
-
-    Deviations are shared by the axes of a quantity and kept off zero: a joint that hardly moves counts little."""
-    windows = np.concatenate([sampler.batch(32).source for _ in range(batches)]).reshape(-1, JOINT_COUNT, FEATURES)
-    mean, variance = windows.mean(axis=0), windows.var(axis=0)
-    deviation = np.empty_like(mean)
-    for channels in LAYOUT.values():
-        shared = np.sqrt(variance[:, channels].mean(axis=1, keepdims=True))
-        deviation[:, channels] = np.maximum(shared, 0.3 * shared.mean())
-    return mean, deviation

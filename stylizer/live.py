@@ -20,13 +20,14 @@ from stylizer import weights
 from stylizer.attention import attention_map
 from stylizer.bank import Bank
 from stylizer.blend import Style, interpolated, side_by_side
-from stylizer.turns import ARM_PARTS, PART_OF_ROW, asked, hands_kept, turned
+from stylizer.turns import ARM_PARTS, PART_OF_ROW, asked, feet_off, feet_raised, hands_kept, height_share, scales, turned
 
 OWN = "neutral"  # the style that untouched parts wear inside the network
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 SWITCH_HALFLIFE = 0.08  # seconds in which half of the way from one style to another is gone
 SMOOTHING_HALFLIFE = 0.035  # seconds; the turns that the network asks for follow a spring, and lag by as much
 GONE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
+FLOOR_HALFLIFE = 0.08  # seconds, for the height that all legs are lengthened or shortened by
 DT = 1 / FPS
 
 
@@ -61,6 +62,9 @@ class LiveStylizer:
         """Back to before the first step: nothing is worn."""
         self.parts = [_Part() for _ in PART_NAMES]
         self.turns = _Turns()
+        self._asked_for: tuple | None = None  # what the parts wore when the network was asked last
+        self._newest: np.ndarray | None = None  # what it answered
+        self._resting = False  # whether this frame makes do with that answer
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
         """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn).
@@ -72,9 +76,13 @@ class LiveStylizer:
         strengths = np.array([part.strength for part in self.parts])
         if not strengths.any():
             self.turns.forget()
+            self._asked_for = None
             return neutral
-        turns = self.turns.step(self._ask(window), np.array(switched)[PART_OF_ROW], strengths[PART_OF_ROW] > 0)
-        return hands_kept(turned(neutral, turns * strengths[PART_OF_ROW, None]), neutral, strengths[ARM_PARTS])
+        turns = self.turns.step(self._answer(window), np.array(switched)[PART_OF_ROW], strengths[PART_OF_ROW] > 0)
+        styled = hands_kept(turned(neutral, turns * scales(strengths)), neutral, strengths[ARM_PARTS])
+        wanted = feet_off(styled, neutral) * min(height_share(strengths), 1.0)
+        self.raised, self.raised_rate = spring_step(self.raised, self.raised_rate, wanted, FLOOR_HALFLIFE, DT)
+        return feet_raised(styled, self.raised) if self.raised else styled
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         """What a body part's attention looks at now: (samples of the window / 2, samples of the style's clips), rows that
@@ -83,12 +91,29 @@ class LiveStylizer:
             motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
             return attention_map(self.bank.model, motion, self._styles(), PART_NAMES.index(part))
 
+    def _answer(self, window: np.ndarray) -> np.ndarray:
+        """Rows (22, 3) for this frame, from a network that is asked every second frame, or where a part changes its style.
+
+        Then they are half way from its last answer to the new one, in the next frame the new one: a frame of lag for half the
+        work, and windows that interleave (their samples are two frames apart) do not tremble against each other."""
+        wanted = tuple((part.name, part.other) for part in self.parts)
+        changed = wanted != self._asked_for
+        if self._resting and not changed:
+            self._resting = False
+            return self._newest
+        newest = self._ask(window)
+        before = newest if changed else self._newest
+        self._asked_for, self._newest, self._resting = wanted, newest, True
+        return (before + newest) / 2
+
     def _ask(self, window: np.ndarray) -> np.ndarray:
         """The network's answer for the last sample, as rows (22, 3) in the character's own frame."""
         with torch.inference_mode():
-            motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            styled = self.bank.model.decoder(self.bank.model.content_encoder(motion), self._styles(), last=1)
-            return asked(self.bank.model.restore(styled)[0, 0].double().numpy(), window[-1])
+            model = self.bank.model
+            motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
+            own = self._together("own", (OWN,) * len(PART_NAMES))
+            self.answer = model.restore(model(motion, self._styles(), own, last=1))[0, 0].double().numpy()
+            return asked(self.answer, window[-1])
 
     def _styles(self) -> Style:
         """Each part's own style or blend of two, put together once and kept until one of them changes."""

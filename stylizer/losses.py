@@ -1,51 +1,144 @@
-"""What training asks of the network: Eq. 15 to 19 of Motion Puzzle, and what measurement added to them."""
+"""What training asks of the network: Eq. 15 to 20 of Motion Puzzle, and what measurement added to them."""
+
+from dataclasses import dataclass, field
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from sim.features import LAYOUT, STRIDE, WINDOW
-from sim.skeleton import CONTACT_JOINTS, GROUPS, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
+from sim.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, GROUPS, JOINT_COUNT, PARENTS, PART_NAMES, PART_OF_JOINT
 from stylizer.dataset import LATER
-from stylizer.motion_puzzle import MotionPuzzle, PartStyle, mix_parts
+from stylizer.motion_puzzle import MotionPuzzle, halves, joined, mix_parts
 
-# Weight of each term; the live stylizer shows the last sample only, hence LAST_WEIGHT on the last two.
-WEIGHTS = {"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 1.5, "stream": 1.5}
-LAST_WEIGHT = 5.0
 BODY = slice(LAYOUT["position"].start, LAYOUT["rotation"].stop)  # position and rotation
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics
 STANDING, WALKING = 0.15, 0.45  # m/s, mean root speed of a clip under and over which it surely stands or walks
 FEET = np.isin(np.arange(JOINT_COUNT), CONTACT_JOINTS)
 LEGS = np.isin(PART_OF_JOINT, [PART_NAMES.index(part) for part in GROUPS["legs"]])
+NEWEST = slice(-2, None)  # the samples that a live stream is made of
 
 
-def losses(model: MotionPuzzle, source: Tensor, later: Tensor, target: Tensor, use_target: Tensor) -> dict[str, Tensor]:
-    """One training pass. source, target: (B, 32, 21, 15); later: (B, 16, 21, 15), the content window LATER frames on;
-    use_target: (5, B) bool, the parts that take the target's style (Alg. 1)."""
-    source, later, target = map(model.normalize, (source, later, target))  # (21, B, T, 15)
-    now = source[:, :, -WINDOW:]
-    size = now.shape[1]
+@dataclass(frozen=True)
+class Recipe:
+    """How a network is trained. `weights` names the terms of the total (Eq. 20) and what each counts."""
 
-    styles = model.encode_style(torch.cat([source, target], dim=1))
-    own, other = _halves(styles, size)
-    mixed = mix_parts(own, other, use_target)
-    content = model.content_encoder(torch.cat([now, later], dim=1))
-    output = model.decoder(torch.cat([content, content], dim=1), _joined([own, own, mixed, mixed])).float()
-    rebuilt, rebuilt_later, restyled, restyled_later = output.chunk(4, dim=1)
+    weights: dict[str, float] = field(default_factory=dict)
+    batch: int = 32
+    learning_rate: float = 1e-4
+    momentum: float = 0.0  # beta_1 of RAdam; beta_2 is 0.99
+    average: float = 0.999  # of the exponential moving average of the weights
+    last_weight: float = 1.0  # of the newest samples in what is compared sample by sample
+    late: tuple[str, ...] = ()  # terms that are left out until the learning rate falls, because they are costly
 
-    wanted = torch.cat([now, later], dim=1)
-    time = torch.ones(WINDOW, 1)
-    time[-2:] = LAST_WEIGHT
-    time = (time / time.mean()).to(now.device)
-    newest = slice(-2, None)
-    known = _seen_later(restyled_later).detach()[:, :, newest]  # later, these samples lie well inside the window
-    return {
-        "reconstruction": ((output[:, :2 * size] - wanted).abs() * time).mean(),  # Eq. 15
-        "root": ((restyled - now)[..., LAYOUT["root"]].abs() * time).mean(),  # Eq. 17
-        "smoothness": (output[:, :2 * size] - wanted)[..., BODY].diff(dim=2).abs().mean(),  # Eq. 18, 19
-        "posture": posture(restyled, now, source, target, use_target, model),
-        "stream": (restyled[:, :, newest] - known)[..., BODY].abs().mean(),
+    def active(self, late: bool) -> dict[str, float]:
+        """The weights that count before or after the learning rate falls."""
+        return {name: weight for name, weight in self.weights.items() if late or name not in self.late}
+
+
+# App. A.2 of the paper; the weights of Eq. 20 are all one.
+PAPER = Recipe({"reconstruction": 1.0, "cycle": 1.0, "root": 1.0, "smoothness": 1.0})
+OURS = Recipe({"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 1.5, "imitation": 2.0, "stream": 1.5},
+              batch=12, learning_rate=2e-3, momentum=0.9, average=0.998, last_weight=5.0, late=("stream",))
+RECIPES = {"paper": PAPER, "ours": OURS}
+
+
+@dataclass
+class Inputs:
+    """One batch, normalized: what `stylizer.sampler.Batch` holds as (21, B, T, 15), and the parts (5, B) of bool that take
+    the target's style (Alg. 1)."""
+
+    source: Tensor
+    own: Tensor
+    later: Tensor
+    target: Tensor
+    match: Tensor
+    match_later: Tensor
+    closeness: Tensor  # (B,)
+    use_target: Tensor
+
+
+def losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool = True) -> dict[str, Tensor]:
+    """The terms that the recipe names, of one training pass; late: those too that count only once the learning rate falls."""
+    return paper_losses(model, inputs) if "cycle" in recipe.weights else our_losses(model, inputs, recipe, late)
+
+
+def paper_losses(model: MotionPuzzle, inputs: Inputs) -> dict[str, Tensor]:
+    """Eq. 15 to 19: source and target rebuilt from their own styles, and both got back by way of the restyled motion."""
+    source, target = inputs.source, inputs.target
+    wanted = torch.cat([source, target], dim=1)
+    own, other = halves(model.encode_style(wanted))
+    of_source, of_target = model.content_encoder(wanted).chunk(2, dim=1)
+    mixed = mix_parts(own, other, inputs.use_target)
+    output = model.decoder(torch.cat([of_source, of_target, of_source, of_source], dim=1), joined([own, other, mixed, other]))
+    rebuilt, (restyled, restyled_whole) = output[:, :wanted.shape[1]], output[:, wanted.shape[1]:].chunk(2, dim=1)
+    again = model.encode_style(restyled_whole)
+    cycled = model.decoder(torch.cat([model.content_encoder(restyled), of_target], dim=1), joined([own, again]))
+    return {"reconstruction": (rebuilt - wanted).abs().mean(),
+            "cycle": (cycled - wanted).abs().mean(),
+            "root": (restyled - source)[..., LAYOUT["root"]].abs().mean(),
+            "smoothness": sum((motion - wanted).diff(dim=2).abs().mean() for motion in (rebuilt, cycled))}
+
+
+def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) -> dict[str, Tensor]:
+    """Reconstruction, root and smoothness of the paper, without its cycles; and what presses on style and on the live stream:
+
+    posture, how restyled parts are held and how lively they are (see `posture`); imitation, the matched step of the target
+    (see `imitated`); stream, the newest samples must be what a later window tells of the same instants."""
+    use_target, now = inputs.use_target, inputs.source[:, :, -WINDOW:]
+    later = [inputs.later] if "stream" in recipe.active(late) else []
+    motion = torch.cat([now, *later], dim=1)
+    times = 1 + len(later)
+    own, other = halves(model.encode_style(torch.cat([inputs.own, inputs.target], dim=1)))
+    content = model.content_encoder(motion)
+    styles = joined([own] * times + [mix_parts(own, other, use_target)] * times)
+    rebuilt, restyled = model.decoder(torch.cat([content, content], dim=1), styles).chunk(2, dim=1)
+    if model.config.relative:
+        restyled = motion + (restyled - rebuilt)
+
+    matches = [inputs.match, inputs.match_later][:times]
+    wanted = imitated(model, motion, torch.cat(matches, dim=1), use_target.repeat(1, times))
+    chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=now.device)]  # (21, B)
+    worth = torch.where(use_target.any(0), inputs.closeness, 1.0).repeat(times)[:, None, None]  # of where joints are
+    turn_worth = torch.where(chosen, inputs.closeness, 1.0).repeat(1, times)[..., None, None]  # of each joint's own turn
+    error, miss = restyled - wanted, rebuilt - motion
+    turns, places = error[..., LAYOUT["rotation"]], torch.cat([error[..., LAYOUT[name]] for name in ("position", "velocity")], -1)
+    time = _newest_first(recipe.last_weight, now.device)
+    terms = {
+        "reconstruction": (miss.abs() * time).mean(),  # Eq. 15
+        "root": ((restyled - motion)[..., LAYOUT["root"]].abs() * time).mean(),  # Eq. 17
+        "smoothness": miss[..., BODY].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),  # Eq. 18, 19
+        "posture": posture(restyled[:, :now.shape[1]], now, inputs.own, inputs.target, use_target, model),
+        "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
     }
+    if later:
+        first, second = (restyled - motion).chunk(2, dim=1)  # later, the newest samples lie well inside the window
+        terms["stream"] = (first[:, :, NEWEST] - _seen_later(second).detach()[:, :, NEWEST])[..., BODY].abs().mean()
+    return {name: terms[name] for name in recipe.active(late)}
+
+
+def imitated(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Tensor) -> Tensor:
+    """The motion that would be perfect if the match were: chosen parts turn as the target does in the same step, the others as
+    the content; positions by forward kinematics, the root goes the content's way. All (21, B, T, 15), normalized."""
+    chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=content.device)][..., None, None]
+    mixed = torch.where(chosen, match, content)
+    mixed = torch.cat([mixed[..., :LAYOUT["root"].start], content[..., LAYOUT["root"]]], dim=-1)
+    motion = mixed * model.deviation + model.mean
+    axes = motion[..., LAYOUT["rotation"]]
+    motion = torch.cat([forward_kinematics(axes, motion[:1, ..., LAYOUT["position"]]), motion[..., BODY.start + 3:]], dim=-1)
+    return (motion - model.mean) / model.deviation
+
+
+def forward_kinematics(axes: Tensor, hips: Tensor) -> Tensor:
+    """Joint positions (21, ..., 3) from forward and up axes (21, ..., 6) and the hips' place (1, ..., 3), in metres."""
+    forward, up = axes[..., :3], axes[..., 3:]
+    left = torch.linalg.cross(up, forward)
+    offsets = torch.as_tensor(BONE_OFFSETS[1:], dtype=axes.dtype, device=axes.device)
+    offsets = offsets.view(-1, *[1] * (axes.dim() - 2), 3)
+    parents = torch.as_tensor(PARENTS[1:], device=axes.device)
+    bones = sum(axis[parents] * offsets[..., i:i + 1] for i, axis in enumerate((left, up, forward)))
+    ancestors = torch.as_tensor(ANCESTORS, dtype=axes.dtype, device=axes.device)
+    return torch.tensordot(ancestors, torch.cat([hips, bones]), dims=1)
 
 
 def posture(restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, use_target: Tensor,
@@ -73,6 +166,13 @@ def posture(restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, u
     return error.sum() / (chosen.sum() * error.shape[2]).clamp(min=1)
 
 
+def _newest_first(weight: float, device: torch.device) -> Tensor:
+    """(WINDOW, 1) of mean 1: the newest samples count `weight` times as much as the others."""
+    time = torch.ones(WINDOW, 1, device=device)
+    time[NEWEST] = weight
+    return time / time.mean()
+
+
 def _seen_later(later: Tensor) -> Tensor:
     """What a window that ends LATER frames on tells of this window's last samples: (21, B, T, 15) -> (.., T', 15).
 
@@ -85,12 +185,3 @@ def _seen_later(later: Tensor) -> Tensor:
 def _deviation(motion: Tensor) -> Tensor:
     """(21, B, T, 15) -> (21, B, 9) deviation over time of position and rotation."""
     return (motion[..., BODY].var(dim=2, correction=0) + 1e-6).sqrt()
-
-
-def _halves(styles: dict[int, PartStyle], size: int) -> tuple[dict[int, PartStyle], dict[int, PartStyle]]:
-    return tuple({level: PartStyle(*(t[:, half] for t in style)) for level, style in styles.items()}
-                 for half in (slice(size), slice(size, None)))
-
-
-def _joined(styles: list[dict[int, PartStyle]]) -> dict[int, PartStyle]:
-    return {level: PartStyle(*(torch.cat(ts, dim=1) for ts in zip(*(s[level] for s in styles)))) for level in styles[0]}

@@ -1,9 +1,9 @@
-"""Motion Puzzle (Jang et al., ACM TOG 41(3), 2022): style transfer by body part, in the form of its real-time system.
+"""Motion Puzzle (Jang et al., ACM TOG 41(3), 2022): style transfer by body part. Table 3 and the real-time system's form.
 
-Sec. 7.3, App. A.1: no residual blocks, BP-StyleNet at G3 and G2 only. Feature maps are (vertex, batch, time, channel).
+Feature maps are (vertex, batch, time, channel). The names of `CONFIGS` are what training, evaluation and bench know.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 import torch
@@ -13,44 +13,82 @@ from sim.features import FEATURES
 from stylizer.graph import LEVELS
 from stylizer.layers import BPATN, BPAdaIN, PartStyle, Pool, STConv, Unpool, leaky, normalized
 
+RESIDUAL = 4  # the decoder's residual block above G3 takes its style under this number
+
 
 @dataclass(frozen=True)
 class Config:
-    stem: int = 24  # channels of the 1x1 convolutions at both ends (64 in Table 3)
-    channels: tuple[int, ...] = (48, 96, 192)  # at G1, G2, G3 (128, 256, 512 in Table 3)
+    stem: int = 64  # channels of the 1x1 convolutions at both ends
+    channels: tuple[int, ...] = (128, 256, 512)  # at G1, G2, G3
     distances: tuple[int, ...] = (3, 2, 2)  # K, the farthest hop that a spatial convolution sees, at G1, G2, G3
     taps: tuple[int, ...] = (7, 5, 5)  # samples that a temporal convolution sees, at G1, G2, G3
-    style_levels: tuple[int, ...] = (3, 2)  # levels of the decoder that have a BP-StyleNet, coarse to fine
+    residual_taps: int = 3  # the same in the residual blocks at G3; 0: no residual blocks
+    style_levels: tuple[int, ...] = (3, 2, 1)  # levels of the decoder that have a BP-StyleNet, coarse to fine
+    style_statistics: int = 1  # what BP-AdaIN's scale and bias are made of: 1 the style's mean, 2 its deviation too
+    by_part: bool = True  # BP-AdaIN; False: AdaIN over the whole body (Sec. 7.2)
+    attention: bool = True  # BP-ATN (Sec. 7.2)
+    relative: bool = False  # the content motion plus what the style changes in the decoder's output, instead of that output
 
-    def conv(self, level: int, channels_in: int, channels_out: int) -> STConv:
+    def conv(self, level: int, channels_in: int, channels_out: int, taps: int = 0) -> STConv:
         """A spatial-temporal convolution on graph G_level with this table's kernel."""
-        return STConv(LEVELS[level], channels_in, channels_out, self.distances[level - 1], self.taps[level - 1])
+        return STConv(LEVELS[level], channels_in, channels_out, self.distances[level - 1], taps or self.taps[level - 1])
+
+    def adain(self, level: int) -> BPAdaIN:
+        """BP-AdaIN on graph G_level."""
+        return BPAdaIN(LEVELS[level], self.width(level), self.by_part, self.style_statistics)
 
     def width(self, level: int) -> int:
         """Channels at G_level; G_0 is the stem."""
         return self.channels[level - 1] if level else self.stem
 
+    @property
+    def styled(self) -> tuple[int, ...]:
+        """The numbers of the decoder's blocks that take in a style."""
+        return (*self.style_levels, *([RESIDUAL] if self.residual_taps else []))
 
-class Encoder(nn.Module):
-    """A 1x1 convolution and one STConv for each graph, G1 to G3 (Table 3 a, b without residual blocks)."""
+
+FULL = Config()  # Table 3
+PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, App. A.1: the paper's real-time system
+SLIM = replace(PAPER_SLIM, stem=24, channels=(48, 96, 192), style_statistics=2, relative=True)  # what is shipped
+CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "slim": SLIM,
+           "no_attention": replace(SLIM, attention=False), "whole_body_adain": replace(SLIM, by_part=False)}
+
+
+Style = dict[int, PartStyle]  # by number of the decoder's block
+
+
+class ResBlock(nn.Module):
+    """Two STConv around which the feature passes on (Table 3 a, b; the form of Liu et al. 2019)."""
 
     def __init__(self, config: Config, normalize: bool) -> None:
         super().__init__()
-        self.normalize = normalize
+        self.prepare = _instance_norm if normalize else nn.Identity()
+        width = config.width(3)
+        self.conv1, self.conv2 = (config.conv(3, width, width, config.residual_taps) for _ in range(2))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(5, B, T, C) -> the same shape"""
+        return x + self.conv2(self.prepare(leaky(self.conv1(self.prepare(x)))))
+
+
+class Encoder(nn.Module):
+    """A 1x1 convolution, one STConv for each graph, G1 to G3, and a residual block (Table 3 a, b)."""
+
+    def __init__(self, config: Config, normalize: bool) -> None:
+        super().__init__()
+        self.prepare = _instance_norm if normalize else nn.Identity()
         self.stem = nn.Linear(FEATURES, config.stem)
         self.convs = nn.ModuleList(config.conv(level, config.width(level - 1), config.width(level)) for level in LEVELS)
         self.pools = nn.ModuleList([nn.Identity(), Pool(LEVELS[1], LEVELS[2]), Pool(LEVELS[2], LEVELS[3])])
+        self.residual = ResBlock(config, normalize) if config.residual_taps else nn.Identity()
 
     def forward(self, motion: Tensor) -> list[Tensor]:
         """(21, B, T, 15) -> features of G1, G2, G3, (V, B, T / 1 2 4, C); T is a multiple of 4."""
         x, levels = self.stem(motion), []
         for pool, conv in zip(self.pools, self.convs):
-            x = pool(x)
-            if self.normalize:
-                x = normalized(x, (0, 2))  # over vertices and time together: keeps the posture's shape, learns quicker
-            x = leaky(conv(x))
+            x = leaky(conv(self.prepare(pool(x))))
             levels.append(x)
-        return levels
+        return [*levels[:-1], self.residual(x)]
 
 
 class StyleEncoder(Encoder):
@@ -71,26 +109,52 @@ class ContentEncoder(Encoder):
         return super().forward(motion)[-1]
 
 
+class BPResBlock(nn.Module):
+    """The decoder's residual block at G3, with BP-AdaIN for normalization (Table 3 c)."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__()
+        width = config.width(3)
+        self.adains = nn.ModuleList(config.adain(3) for _ in range(2))
+        self.convs = nn.ModuleList(config.conv(3, width, width, config.residual_taps) for _ in range(2))
+
+    def style_side(self, style: Tensor) -> PartStyle:
+        """Both BP-AdaIN's scales and biases side by side; there are no tokens to attend to."""
+        scales, biases = (torch.cat(both, dim=2) for both in zip(*(adain.style_side(style) for adain in self.adains)))
+        none = style.new_zeros(*scales.shape[:2], 0, style.shape[-1])
+        return PartStyle(scales, biases, none, none)
+
+    def forward(self, x: Tensor, style: PartStyle) -> Tensor:
+        """(5, B, T, C) -> the same shape"""
+        y = x
+        for adain, conv, scale, bias in zip(self.adains, self.convs, style.scale.chunk(2, 2), style.bias.chunk(2, 2)):
+            y = conv(leaky(adain(y, scale, bias)))
+        return x + y
+
+
 class BPStyleNet(nn.Module):
     """BP-AdaIN, STConv, BP-ATN, STConv on one graph (Eq. 10, 14; Table 3 d)."""
 
     def __init__(self, config: Config, level: int) -> None:
         super().__init__()
         channels, graph = config.width(level), LEVELS[level]
-        self.adain = BPAdaIN(graph, channels)
+        self.adain = config.adain(level)
         self.conv1 = config.conv(level, channels, channels)
-        self.attention = BPATN(graph, channels)
+        self.attention = BPATN(graph, channels) if config.attention else None
         self.conv2 = config.conv(level, channels, config.width(level - 1))
         self.reach = config.taps[level - 1] // 2
 
     def style_side(self, style: Tensor) -> PartStyle:
         """All that depends on the style alone, from its feature (V, B, S, C)."""
-        return PartStyle(*self.adain.style_side(style), *self.attention.style_side(style))
+        scale, bias = self.adain.style_side(style)
+        none = style.new_zeros(*scale.shape[:2], 0, style.shape[-1])
+        return PartStyle(scale, bias, *(self.attention.style_side(style) if self.attention else (none, none)))
 
     def forward(self, x: Tensor, style: PartStyle, last: int | None = None) -> Tensor:
         """(V, B, T, C) -> (V, B, T, C of the finer graph); only the `last` samples where a number is given."""
         x = self.conv1(leaky(self.adain(x, style.scale, style.bias)))
-        x = self.attention(x, style.keys, style.values)
+        if self.attention:
+            x = self.attention(x, style.keys, style.values)
         return _tail(self.conv2, x, last, self.reach)
 
 
@@ -107,30 +171,37 @@ class PlainBlock(nn.Module):
 
 
 class Decoder(nn.Module):
-    """D (Sec. 4.4, Eq. 7): from G3 back to G1, taking in the style on the way."""
+    """D (Sec. 4.4, Eq. 7): from G3 back to G1, taking in the style on the way (Table 3 c)."""
 
     def __init__(self, config: Config) -> None:
         super().__init__()
+        self.config = config
+        self.residual = BPResBlock(config) if config.residual_taps else None
         self.blocks = nn.ModuleDict()
         for level in reversed(LEVELS):
             self.blocks[str(level)] = (BPStyleNet if level in config.style_levels else PlainBlock)(config, level)
         self.unpools = nn.ModuleDict({str(level): Unpool(LEVELS[level], LEVELS[level - 1]) for level in (3, 2)})
         self.head = nn.Linear(config.stem, FEATURES)
-        self.style_levels = config.style_levels
 
-    def style_side(self, style: list[Tensor]) -> dict[int, PartStyle]:
+    def style_side(self, style: list[Tensor]) -> Style:
         """Style features of G1, G2, G3 -> what each level with a BP-StyleNet needs of them, computed once a style."""
-        return {level: self.blocks[str(level)].style_side(style[level - 1]) for level in self.style_levels}
+        sides = {level: self.blocks[str(level)].style_side(style[level - 1]) for level in self.config.style_levels}
+        return sides | ({RESIDUAL: self.residual.style_side(style[-1])} if self.residual else {})
 
-    def forward(self, content: Tensor, style: dict[int, PartStyle], last: int | None = None) -> Tensor:
+    def forward(self, content: Tensor, style: Style, last: int | None = None) -> Tensor:
         """(5, B, T / 4, C3) -> motion (21, B, T, 15), or its `last` samples alone, without computing the others."""
-        # The samples wanted of each level's block. G2 normalizes and attends over all of G3's output: it is never cut.
-        needed = {1: last, 2: None if last is None else (last + self.blocks["1"].reach + 1) // 2, 3: None}
-        x = content
+        x = self.residual(content, style[RESIDUAL]) if self.residual else content
         for level in reversed(LEVELS):
-            x = self.blocks[str(level)](x, style.get(level), needed[level])
+            x = self.blocks[str(level)](x, style.get(level), self._needed(level, last))
             x = self.unpools[str(level)](x) if level > 1 else x
-        return self.head(leaky(x))
+        with torch.autocast(x.device.type, enabled=False):  # a few channels that everything hangs on
+            return self.head(leaky(x.float()))
+
+    def _needed(self, level: int, last: int | None) -> int | None:
+        """How many of a block's last samples are wanted. A block that normalizes or attends over time needs all of them."""
+        if last is None or level == 3 or (level == 2 and 1 in self.config.style_levels):
+            return None
+        return last if level == 1 else (last + self.blocks["1"].reach + 1) // 2
 
 
 class MotionPuzzle(nn.Module):
@@ -158,9 +229,20 @@ class MotionPuzzle(nn.Module):
         """The inverse of `normalize`."""
         return (motion * self.deviation + self.mean).permute(1, 2, 0, 3)
 
-    def encode_style(self, motion: Tensor) -> dict[int, PartStyle]:
+    def encode_style(self, motion: Tensor) -> Style:
         """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by level."""
         return self.decoder.style_side(self.style_encoder(motion))
+
+    def forward(self, motion: Tensor, style: Style, own: Style, last: int | None = None) -> Tensor:
+        """Normalized motion (21, B, T, 15) restyled: the same shape, or the `last` samples alone. own: the motion's own style.
+
+        With `relative` it is motion + D(c, style) - D(c, own): its own style gives the motion back exactly, and what the
+        decoder gets wrong in the same way for both styles, trembling included, cancels out."""
+        content = self.content_encoder(motion)
+        if not self.config.relative:
+            return self.decoder(content, style, last)
+        styled, rebuilt = self.decoder(torch.cat([content, content], dim=1), joined([style, own]), last).chunk(2, dim=1)
+        return motion[:, :, -styled.shape[2]:] + (styled - rebuilt)
 
     def parameter_count(self) -> int:
         return sum(p.numel() for p in self.parameters())
@@ -170,7 +252,7 @@ class MotionPuzzle(nn.Module):
         return asdict(self.config)
 
 
-def mix_parts(own: dict[int, PartStyle], other: dict[int, PartStyle], use_other: Tensor) -> dict[int, PartStyle]:
+def mix_parts(own: Style, other: Style, use_other: Tensor) -> Style:
     """Each part from one style or the other (Alg. 1). use_other: (5, B) of bool."""
     pick = use_other[:, :, None]
     return {level: PartStyle(*(torch.where(pick if a.dim() == 3 else pick[..., None], b, a)
@@ -178,6 +260,24 @@ def mix_parts(own: dict[int, PartStyle], other: dict[int, PartStyle], use_other:
             for level in own}
 
 
+def joined(styles: list[Style]) -> Style:
+    """Styles of several batches as those of one."""
+    return {level: PartStyle(*(torch.cat(ts, dim=1) for ts in zip(*(style[level] for style in styles))))
+            for level in styles[0]}
+
+
+def halves(styles: Style) -> tuple[Style, Style]:
+    """The styles of the first and of the second half of a batch."""
+    size = next(iter(styles.values())).scale.shape[1] // 2
+    return tuple({level: PartStyle(*(t[:, half] for t in style)) for level, style in styles.items()}
+                 for half in (slice(size), slice(size, None)))
+
+
 def _tail(conv: STConv, x: Tensor, last: int | None, reach: int) -> Tensor:
     """conv(x), or only its `last` samples, computed from the samples that they can see."""
     return conv(x) if last is None else conv(x[:, :, -(last + reach):])[:, :, -last:]
+
+
+def _instance_norm(x: Tensor) -> Tensor:
+    """Over vertices and time together: takes the level and the liveliness out, keeps the posture's shape."""
+    return normalized(x, (0, 2))

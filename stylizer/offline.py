@@ -24,10 +24,11 @@ from stylizer.bank import SHORTEST, Bank, encode
 from stylizer.bank import WINDOW as STYLE_WINDOW
 from stylizer.blend import Style, interpolated, side_by_side, with_equal_tokens
 from stylizer.motion_puzzle import MotionPuzzle
-from stylizer.turns import ARM_PARTS, PART_OF_ROW, asked, hands_kept, turned
+from stylizer.turns import ARM_PARTS, asked, feet_off, feet_raised, hands_kept, height_share, scales, turned
 
 HOP = 3  # frames between windows; odd, so that they see the even and the odd frames in turn
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
+FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
 BATCH = 64  # windows
 SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
 FEW, MANY = 3, 12  # windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
@@ -68,11 +69,18 @@ def stylize(model: MotionPuzzle, content: Clip, looks: Mapping[str, Look]) -> Cl
     strengths = np.array([looks[part].strength if part in looks else 0.0 for part in PART_NAMES])
     if not strengths.any():
         return content
-    rows = asked(styled_features(model, features, worn(model, features, looks)), features) * strengths[PART_OF_ROW, None]
+    rows = asked(answer(model, features, looks), features) * scales(strengths)
     rows = gaussian_filter1d(rows, SMOOTHING, axis=0, mode="nearest")
     before = as_pose(content)
-    after = feet_in_order(hands_kept(turned(before, rows), before, strengths[ARM_PARTS]), before)
+    styled = hands_kept(turned(before, rows), before, strengths[ARM_PARTS])
+    to_floor = gaussian_filter1d(feet_off(styled, before), FLOOR_SMOOTHING, mode="nearest") * min(height_share(strengths), 1.0)
+    after = feet_in_order(feet_raised(styled, to_floor) if to_floor.any() else styled, before)
     return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
+
+
+def answer(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+    """The network's own answer (frames, 21, 15) to the content's features, before anything is put in order."""
+    return styled_features(model, features, *worn(model, features, looks))
 
 
 def clip_style(model: MotionPuzzle, features: np.ndarray) -> Style:
@@ -82,19 +90,21 @@ def clip_style(model: MotionPuzzle, features: np.ndarray) -> Style:
     return encode(model, features[(starts[:, None] + STRIDE * np.arange(STYLE_WINDOW)) % len(features)])
 
 
-def worn(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> Style:
-    """One style for the network, part by part; the parts that have no look wear the content's own."""
+def worn(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> tuple[Style, Style]:
+    """One style for the network, part by part, and the content's own, which the parts that have no look wear."""
     own = clip_style(model, features)
     first = [looks[part].style if part in looks else own for part in PART_NAMES]
     other = [looks[part].other or style if part in looks else own for part, style in zip(PART_NAMES, first)]
-    alike = with_equal_tokens([*first, *other])
+    *alike, own = with_equal_tokens([*first, *other, own])
     shares = [looks[part].share if part in looks else 0.0 for part in PART_NAMES]
-    return interpolated(side_by_side(alike[:len(first)]), side_by_side(alike[len(first):]), shares)
+    return interpolated(side_by_side(alike[:len(first)]), side_by_side(alike[len(first):]), shares), own
 
 
 @torch.inference_mode()
-def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style) -> np.ndarray:
-    """What the network makes of features (frames, 21, 15): windows as long as in training, faded into each other."""
+def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style, own: Style) -> np.ndarray:
+    """What the network makes of features (frames, 21, 15): windows as long as in training, faded into each other.
+
+    own: the features' own style, with as many tokens as the other."""
     frames = len(features)
     padded = np.concatenate([features, features[-1:].repeat(max(SPAN + 1 - frames, 0), axis=0)])
     last = len(padded) - SPAN
@@ -104,7 +114,8 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style) -> 
     for some in np.array_split(starts, -(-len(starts) // BATCH)):
         seen = some[:, None] + STRIDE * np.arange(WINDOW)
         batch = model.normalize(torch.from_numpy(padded[seen].astype(np.float32)))
-        answers = model.restore(model.decoder(model.content_encoder(batch), _for_batch(style, len(some)))).double().numpy()
+        styles = (_for_batch(look, len(some)) for look in (style, own))
+        answers = model.restore(model(batch, *styles)).double().numpy()
         for at, answer in zip(seen, answers):
             total[at] += answer * fade
             weights[at] += fade

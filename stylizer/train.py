@@ -1,80 +1,118 @@
-"""Training of the stylizer: unlabelled clips, style mixing by part (Alg. 1), one CPU core or a GPU."""
+"""Training of the stylizer: unlabelled clips, style mixing by part (Alg. 1), one CPU core, a GPU, or several processes.
+
+    torchrun --nproc-per-node 2 -m demo train stylizer --data DIR --out OUT
+"""
 
 import csv
 import math
+import os
 import subprocess
 import time
+from dataclasses import fields
+from datetime import timedelta
 from pathlib import Path
+from typing import Sequence, TypeVar
 
 import numpy as np
 import torch
+from torch import distributed, nn
 from tqdm import tqdm
 
 from sim.skeleton import PARTS
+from sim.sources import credit
 from stylizer import bundled, weights
-from stylizer.dataset import Batch, MotionData, Sampler, pack, statistics
-from stylizer.losses import WEIGHTS, losses
-from stylizer.motion_puzzle import Config, MotionPuzzle
+from stylizer.dataset import MotionData, pack
+from stylizer.losses import OURS, RECIPES, Inputs, Recipe, losses
+from stylizer.motion_puzzle import CONFIGS, Config, MotionPuzzle
+from stylizer.sampler import Batch, Sampler, statistics
 
-BATCH = 12
-LEARNING_RATE = 2e-3
-DECAY_FROM = 0.6  # share of the time after which the learning rate falls along a cosine, to FINAL_RATE of it
+DECAY_FROM = 0.5  # share of the time after which the learning rate falls along a cosine, to FINAL_RATE of it
 FINAL_RATE = 0.02
-AVERAGE = 0.998  # of the weights, exponentially; sooner at first
+SECOND_MOMENT = 0.99  # beta_2 of RAdam
 MIXING = 0.5  # probability that some parts keep the source's style (gamma of Alg. 1)
 CHECKPOINT_SECONDS = 240
 LOG_EVERY = 50  # steps
 HELD_OUT_BATCHES = 8
-LICENCE = "CC BY-NC 4.0: non-commercial use only, because of the Bandai-Namco Research Motiondataset"
+PATIENCE = timedelta(minutes=10)  # of a process for the others
+
+T = TypeVar("T")
 
 
-def train(data_dir: Path, out_dir: Path, minutes: float = 75, resume: bool = False, seed: int = 1,
-          config: Config | None = None) -> Path:
-    """Trains on every BVH under data_dir; writes pack, checkpoint, curve (CSV, PNG) and weights under out_dir.
+def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1,
+          network: str = weights.SLIM, recipe: str = "ours", leave_out: Sequence[str] = ()) -> Path:
+    """Trains on every BVH under data_dir; writes pack, checkpoint, curve (CSV, PNG), weights and styles under out_dir.
 
-    Stops after `minutes` of training in all; `resume` goes on from the checkpoint exactly where it stopped, random
-    numbers included. Returns the weight file's path. Raises ValueError where the folder holds nothing to learn from."""
+    network and recipe: names of `motion_puzzle.CONFIGS` and `losses.RECIPES`. Stops after `minutes` of training in all;
+    `resume` goes on from the checkpoint exactly where it stopped, random numbers included. leave_out: words; clips with one
+    of them in their name are not learned from. Under torchrun every process draws its own windows and the first one writes.
+    Returns the weight file's path. Raises ValueError for unknown names and where the folder holds nothing to learn from."""
     data_dir, out_dir = Path(data_dir), Path(out_dir)
-    data = pack(data_dir, out_dir / "motion")
-    for reason, count in data.skipped.items():
-        tqdm.write(f"skipped {count} clips: {reason}")
-    trainer = Trainer(data, config or Config(), seed)
-    checkpoint, path = out_dir / "checkpoint.pt", out_dir / f"{weights.SLIM}.safetensors"
-    if resume:
-        trainer.restore(checkpoint)
-    budget, saved = minutes * 60, trainer.spent
-    with tqdm(total=round(budget), initial=round(trainer.spent), unit="s", desc="train stylizer") as bar:
-        while trainer.spent < budget:
-            terms = trainer.update(trainer.spent / budget)
-            bar.n = min(round(trainer.spent), bar.total)
-            bar.set_postfix_str(" ".join(f"{name} {value:.3f}" for name, value in terms.items()))
-            bar.update(0)
-            if trainer.spent - saved > CHECKPOINT_SECONDS or trainer.spent >= budget:
-                saved = trainer.spent
-                trainer.log(out_dir / "curve.csv")
-                trainer.keep(checkpoint)
-                trainer.save_weights(path, data_dir, f"patchwalk train stylizer --minutes {minutes:g}")
-    plot_curve(out_dir / "curve.csv")
-    bundled.build(weights.SLIM, out_dir, data_dir, out_dir / "styles")
+    config, how = named(CONFIGS, network, "network"), named(RECIPES, recipe, "recipe")
+    with Processes() as rank:
+        if rank == 0:
+            pack(data_dir, out_dir / "motion")
+        _wait()
+        data = MotionData.open(out_dir / "motion").without(leave_out)
+        if rank == 0:
+            for reason, count in data.skipped.items():
+                tqdm.write(f"skipped {count} clips: {reason}")
+        trainer = Trainer(data, config, how, seed + 1000 * rank)
+        checkpoint, path = out_dir / "checkpoint.pt", out_dir / f"{network}.safetensors"
+        if resume:
+            trainer.restore(checkpoint)
+        budget, saved = minutes * 60, trainer.spent
+        with tqdm(total=round(budget), initial=round(trainer.spent), unit="s", desc="train stylizer", disable=rank > 0) as bar:
+            while trainer.spent < budget:
+                terms = trainer.update(trainer.spent / budget)
+                bar.n = min(round(trainer.spent), bar.total)
+                bar.set_postfix_str(" ".join(f"{key} {value:.3f}" for key, value in terms.items()))
+                bar.update(0)
+                if rank == 0 and (trainer.spent - saved > CHECKPOINT_SECONDS or trainer.spent >= budget):
+                    saved = trainer.spent
+                    trainer.log(out_dir / "curve.csv")
+                    trainer.keep(checkpoint)
+                    command = f"patchwalk train stylizer --minutes {minutes:g} --network {network} --recipe {recipe}"
+                    left_out = f" --leave-out {' '.join(leave_out)}" if leave_out else ""
+                    trainer.save_weights(path, data_dir, command + left_out)
+        if rank == 0:
+            plot_curve(out_dir / "curve.csv")
+            bundled.build(network, out_dir, data_dir, out_dir / "styles")
+        _wait()
     return path
+
+
+class Objective(nn.Module):
+    """The losses as a module's forward pass, which is what DistributedDataParallel averages the gradients of."""
+
+    def __init__(self, model: MotionPuzzle, recipe: Recipe) -> None:
+        super().__init__()
+        self.model, self.recipe = model, recipe
+
+    def forward(self, inputs: Inputs, late: bool) -> dict[str, torch.Tensor]:
+        return losses(self.model, inputs, self.recipe, late)
 
 
 class Trainer:
     """Network, its running average, optimiser, random numbers and clock: everything that a resumed run needs."""
 
-    def __init__(self, data: MotionData, config: Config, seed: int = 1) -> None:
+    def __init__(self, data: MotionData, config: Config, recipe: Recipe = OURS, seed: int = 1) -> None:
         torch.manual_seed(seed)
         torch.set_flush_denormal(True)
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.half = has_fast_bf16(self.device)
+        self.recipe = recipe
         self.sampler = Sampler(data.split(held_out=False), seed)
         self.model = MotionPuzzle(config)
         self.model.set_statistics(*statistics(Sampler(data.split(held_out=False), seed)))
         self.model.to(self.device)
-        self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=_average)
-        self.optimizer = torch.optim.RAdam(self.model.parameters(), LEARNING_RATE, betas=(0.9, 0.99))
+        self.objective = Objective(self.model, recipe)
+        if distributed.is_initialized():  # gives every process the first one's network
+            self.objective = nn.parallel.DistributedDataParallel(self.objective)
+        self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=self._averaged)
+        self.optimizer = torch.optim.RAdam(self.model.parameters(), recipe.learning_rate, (recipe.momentum, SECOND_MOMENT))
         held_out = Sampler(data.split(held_out=True), seed)
-        self.held_out = [(held_out.batch(BATCH), draw_mixing(held_out.random, BATCH)) for _ in range(HELD_OUT_BATCHES)]
+        self.held_out = [(held_out.batch(recipe.batch), draw_mixing(held_out.random, recipe.batch))
+                         for _ in range(HELD_OUT_BATCHES)]
         self.step, self.spent = 0, 0.0
         self.recent: list[dict[str, float]] = []  # losses of the steps since the last row
         self.rows: list[dict[str, float]] = []  # of the curve, since the last log
@@ -84,15 +122,16 @@ class Trainer:
         start = time.perf_counter()
         decay = min(max(0.0, (progress - DECAY_FROM) / (1 - DECAY_FROM)), 1.0)
         share = FINAL_RATE + (1 - FINAL_RATE) * 0.5 * (1 + math.cos(math.pi * decay))
-        self.optimizer.param_groups[0]["lr"] = LEARNING_RATE * share
-        terms = self._losses(self.model, self.sampler.batch(BATCH), draw_mixing(self.sampler.random, BATCH))
+        self.optimizer.param_groups[0]["lr"] = self.recipe.learning_rate * share
+        size = self.recipe.batch
+        terms = self._losses(self.objective, self.sampler.batch(size), draw_mixing(self.sampler.random, size), decay > 0)
         self.optimizer.zero_grad(set_to_none=True)
-        sum(WEIGHTS[name] * value for name, value in terms.items()).backward()
+        sum(self.recipe.weights[name] * value for name, value in terms.items()).backward()
         torch.nn.utils.clip_grad_norm_(self.model.parameters(), 1.0)
         self.optimizer.step()
         self.average.update_parameters(self.model)
         self.step += 1
-        self.spent += time.perf_counter() - start
+        self.spent = _of_first(self.spent + time.perf_counter() - start)
         result = {name: value.item() for name, value in terms.items()}
         self.recent.append(result)
         if len(self.recent) == LOG_EVERY:
@@ -100,19 +139,24 @@ class Trainer:
         return result
 
     def _close_row(self) -> None:
-        means = {name: float(np.mean([losses[name] for losses in self.recent])) for name in self.recent[0]}
+        means = {name: float(np.mean([losses[name] for losses in self.recent if name in losses] or [np.nan]))
+                 for name in self.recipe.weights}
         self.rows.append({"step": self.step, "minutes": self.spent / 60, **means})
         self.recent = []
 
-    def _losses(self, model: MotionPuzzle, batch: Batch, use_target: np.ndarray) -> dict[str, torch.Tensor]:
-        tensors = (torch.from_numpy(a).to(self.device) for a in (batch.source, batch.later, batch.target, use_target))
+    def _losses(self, objective: nn.Module, batch: Batch, use_target: np.ndarray,
+                late: bool = True) -> dict[str, torch.Tensor]:
+        windows = {field.name: torch.from_numpy(getattr(batch, field.name)).to(self.device) for field in fields(batch)}
+        inputs = Inputs(**{name: self.model.normalize(window) if window.dim() == 4 else window
+                           for name, window in windows.items()}, use_target=torch.from_numpy(use_target).to(self.device))
         with torch.autocast(self.device.type, torch.bfloat16, enabled=self.half):
-            return losses(model, *tensors)
+            return objective(inputs, late)
 
     @torch.no_grad()
     def held_out_losses(self) -> dict[str, float]:
         """The averaged network's losses on clips that it never trains on."""
-        totals = [self._losses(self.average.module, batch, mixing) for batch, mixing in self.held_out]
+        objective = Objective(self.average.module, self.recipe)
+        totals = [self._losses(objective, batch, mixing) for batch, mixing in self.held_out]
         return {name: float(np.mean([t[name].item() for t in totals])) for name in totals[0]}
 
     def keep(self, path: Path) -> None:
@@ -155,9 +199,53 @@ class Trainer:
         """Writes the averaged network's weight file."""
         commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True,
                                 cwd=Path(__file__).parent)
-        folders = sorted({clip.name.split("/")[0] for clip in self.sampler.data.clips})
-        weights.save(self.average.module, path, data=f"{data_dir.name}: {', '.join(folders[:12])}", licence=LICENCE,
-                     command=command, commit=commit.stdout.strip() or "unknown", steps=str(self.step))
+        clips = self.sampler.data.clips
+        folders = sorted({clip.name.split("/")[0] for clip in clips})
+        weights.save(self.average.module, path, data=f"{data_dir.name}: {', '.join(folders[:12])}",
+                     licence=f"trained on {credit(data_dir, (data_dir / clip.name for clip in clips))}", command=command,
+                     commit=commit.stdout.strip() or "unknown", steps=str(self.step))
+
+    def _averaged(self, average: torch.Tensor, value: torch.Tensor, count: torch.Tensor) -> torch.Tensor:
+        keep = torch.clamp((1 + count) / (10 + count), max=self.recipe.average)  # sooner at first
+        return value + (average - value) * keep
+
+
+def named(table: dict[str, T], name: str, what: str) -> T:
+    """What a table has under a name. Raises ValueError for another one."""
+    if name not in table:
+        raise ValueError(f"there is no {what} '{name}': use one of {', '.join(table)}")
+    return table[name]
+
+
+class Processes:
+    """Joins the processes that torchrun started, if it did; gives this one's rank. Leaves them again at the end."""
+
+    def __enter__(self) -> int:
+        if "WORLD_SIZE" not in os.environ:
+            return 0
+        distributed.init_process_group("nccl" if torch.cuda.is_available() else "gloo", timeout=PATIENCE)
+        if torch.cuda.is_available():
+            torch.cuda.set_device(int(os.environ["LOCAL_RANK"]))
+        return distributed.get_rank()
+
+    def __exit__(self, *error: object) -> None:
+        if distributed.is_initialized():
+            distributed.destroy_process_group()
+
+
+def _wait() -> None:
+    """For all processes to come here."""
+    if distributed.is_initialized():
+        distributed.barrier()
+
+
+def _of_first(seconds: float) -> float:
+    """The first process's clock, so that all stop after the same step."""
+    if not distributed.is_initialized():
+        return seconds
+    clock = torch.tensor([seconds], dtype=torch.float64, device="cuda" if torch.cuda.is_available() else "cpu")
+    distributed.broadcast(clock, 0)
+    return clock.item()
 
 
 def draw_mixing(random: np.random.Generator, size: int) -> np.ndarray:
@@ -182,7 +270,7 @@ def plot_curve(path: Path) -> None:
     with path.open() as file:
         rows = list(csv.DictReader(file))
     figure, axes = plt.subplots(figsize=(8, 4.5))
-    for color, name in enumerate(WEIGHTS):
+    for color, name in enumerate(name[len("held_out_"):] for name in rows[0] if name.startswith("held_out_")):
         for label, style in ((name, "-"), (f"held_out_{name}", "o")):
             points = [(float(r["minutes"]), float(r[label])) for r in rows if r[label]]
             axes.plot(*zip(*points), style, color=f"C{color}", label=label.replace("_", " "))
@@ -190,8 +278,3 @@ def plot_curve(path: Path) -> None:
     axes.legend(fontsize=7, ncols=2)
     figure.savefig(path.with_suffix(".png"), dpi=120)
     plt.close(figure)
-
-
-def _average(average: torch.Tensor, value: torch.Tensor, count: torch.Tensor) -> torch.Tensor:
-    keep = torch.clamp((1 + count) / (10 + count), max=AVERAGE)
-    return value + (average - value) * keep

@@ -17,6 +17,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the output folder")
     parser.add_argument("--out", type=Path, metavar="DIR",
                         help="where weights, checkpoint and curve go (default: runs/MODEL)")
+    parser.add_argument("--network", metavar="NAME",
+                        help="stylizer only: slim (default), full, paper_slim, or an ablation: no_attention, whole_body_adain")
+    parser.add_argument("--recipe", metavar="NAME", help="stylizer only: ours (default) or paper, its losses alone")
+    parser.add_argument("--leave-out", nargs="+", metavar="WORD",
+                        help="stylizer only: clips with one of these words in their name are not learned from")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -32,8 +37,12 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError(f"{out} holds a run already; go on with --resume, or choose another folder with --out")
     if args.resume and not started:
         raise ValueError(f"{out} holds no run to go on with; leave --resume out, or name its folder with --out")
-    budget = {} if args.minutes is None else {"minutes": args.minutes}
-    print(f"wrote {importlib.import_module(f'{args.model}.train').train(args.data, out, resume=args.resume, **budget)}")
+    chosen = {name: getattr(args, name) for name in ("network", "recipe", "leave_out") if getattr(args, name) is not None}
+    if chosen and args.model != "stylizer":
+        raise ValueError(f"the {args.model} has one form and one recipe: leave --{next(iter(chosen)).replace('_', '-')} out")
+    if args.minutes is not None:
+        chosen["minutes"] = args.minutes
+    print(f"wrote {importlib.import_module(f'{args.model}.train').train(args.data, out, resume=args.resume, **chosen)}")
     return 0
 
 

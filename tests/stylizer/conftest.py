@@ -1,5 +1,7 @@
 """A tiny network with its bank, made in a moment, so that nothing here depends on the trained weights."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -8,10 +10,10 @@ from sim import bvh
 from sim.features import clip_features
 from stylizer import weights
 from stylizer.bank import Bank, encode, style_windows, write
-from stylizer.motion_puzzle import Config, MotionPuzzle
+from stylizer.motion_puzzle import SLIM, MotionPuzzle
 from tests.sim.walker import walking_clip
 
-TINY = Config(stem=8, channels=(8, 8, 8))
+TINY = replace(SLIM, stem=8, channels=(8, 8, 8))
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -36,7 +38,7 @@ def bank(tmp_path, monkeypatch):
     model = MotionPuzzle(TINY)
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
     with torch.no_grad():
-        model.decoder.head.weight.mul_(30)  # untrained, the styles would hardly differ
+        model.decoder.head.weight.mul_(14)  # untrained, the styles would hardly differ
     weights.save(model, tmp_path / "weights" / "tiny.safetensors", licence="none")
     monkeypatch.setattr(weights, "FOLDER", tmp_path / "weights")
     model, fingerprint = weights.load("tiny")

@@ -13,22 +13,17 @@ def features(graph, channels=6, batch=2, time=8, seed=0):
     return torch.randn(graph.size, batch, time, channels, generator=torch.Generator().manual_seed(seed))
 
 
-@pytest.mark.parametrize("channels", [(3, 5), (5, 3)])  # mixing before and after the temporal convolution
-def test_stconv_is_equation_1(channels):
-    conv = STConv(G2, *channels, distance=2, taps=3)
-    x = features(G2, channels[0])
-    mixing = torch.from_numpy(G2.mixing(2))
-    weight = conv.temporal.weight[..., 0]  # (out, in, taps)
-    if conv.mix_first:
-        weight = weight.view(channels[1], 3, channels[0], 3)
-    else:
-        weight = weight.view(3, channels[1], channels[0], 3).transpose(0, 1)
-    bias = conv.temporal.bias
-    bias = bias if conv.mix_first else torch.einsum("dij,do->io", mixing, bias.view(3, -1))[:, None, None]
+def test_stconv_is_equation_1():
+    conv, mixing = STConv(G2, 3, 5, distance=2, taps=3), torch.from_numpy(G2.mixing(2))
+    torch.nn.init.normal_(conv.bias)
+    x = features(G2, 3).requires_grad_()
     padded = torch.nn.functional.pad(x, (0, 0, 1, 1))
     taps = torch.stack([padded[:, :, k:k + 8] for k in range(3)])
-    expected = torch.einsum("dij,kjbtc,odck->ibto", mixing, taps, weight) + bias
+    expected = torch.einsum("dij,kjbtc,dcko->ibto", mixing, taps, conv.weight.view(3, 3, 3, 5)) + conv.bias
     assert torch.allclose(conv(x), expected, atol=1e-5)
+    ways_back = [torch.autograd.grad(y.square().sum(), (x, conv.weight)) for y in (conv(x), expected)]
+    for ours, theirs in zip(*ways_back):
+        assert torch.allclose(ours, theirs, atol=1e-4)
 
 
 @GRAPHS
@@ -43,12 +38,24 @@ def test_parts_come_apart_and_together_again(graph):
 
 
 @GRAPHS
-def test_adain_sets_the_styles_statistics(graph):
-    adain = BPAdaIN(graph, 6)
+@pytest.mark.parametrize("statistics", [1, 2])
+def test_adain_sets_the_styles_statistics(graph, statistics):
+    adain = BPAdaIN(graph, 6, by_part=True, statistics=statistics)
     scale, bias = adain.style_side(features(graph, seed=1))
     mean, variance = adain.parts.moments(adain.parts.split(adain(10 * features(graph), scale, bias)))
     assert torch.allclose(mean[:, 0, :, 0], bias, atol=1e-3)
     assert torch.allclose(variance[:, 0, :, 0].sqrt(), scale.abs(), atol=1e-2)
+
+
+@GRAPHS
+def test_adain_over_the_whole_body_knows_no_parts(graph):
+    adain = BPAdaIN(graph, 6, by_part=False, statistics=2)
+    x = 10 * features(graph)
+    scale, bias = adain.style_side(features(graph, seed=1))
+    assert scale.shape == (5, 2, 6) and torch.equal(scale, scale[:1].expand(5, -1, -1))
+    y = adain(x, scale, bias)
+    assert torch.allclose(y.mean((0, 2)), bias[0], atol=1e-3)
+    assert torch.allclose(y.var((0, 2), correction=0).sqrt(), scale[0].abs(), atol=1e-2)
 
 
 @GRAPHS

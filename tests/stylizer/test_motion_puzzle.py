@@ -1,15 +1,20 @@
-"""The whole network: shapes, styles per part, the last sample alone, and that it learns."""
+"""The whole network: Table 3, styles per part, the last sample alone, what `relative` promises, and that it learns."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 
-from sim.features import STRIDE
-from stylizer.dataset import LATER
-from stylizer.losses import WEIGHTS, _seen_later, losses
-from stylizer.motion_puzzle import Config, MotionPuzzle, mix_parts
+from sim.features import STRIDE, WINDOW, clip_features, rotations_of
+from sim.kinematics import forward_kinematics as numpy_kinematics
+from stylizer.dataset import LATER, STYLE_WINDOW
+from stylizer.losses import OURS, PAPER, Inputs, _seen_later, forward_kinematics, imitated, losses
+from stylizer.motion_puzzle import CONFIGS, FULL, PAPER_SLIM, SLIM, MotionPuzzle, mix_parts
+from tests.sim.walker import walking_clip
+from tests.stylizer.conftest import TINY
 
-TINY = Config(stem=8, channels=(8, 8, 8))
+SMALL_FULL = replace(FULL, stem=8, channels=(8, 12, 16))
 
 
 @pytest.fixture
@@ -18,24 +23,66 @@ def model():
     return MotionPuzzle(TINY)
 
 
-def motion(seed, batch=2, samples=16):
+def motion(seed, batch=2, samples=WINDOW):
     return torch.randn(batch, samples, 21, 15, generator=torch.Generator().manual_seed(seed))
 
 
-@pytest.mark.parametrize("levels", [(3, 2), (3, 2, 1)])
-def test_shapes(levels):
-    model = MotionPuzzle(Config(8, (8, 12, 16), style_levels=levels))
-    content = model.content_encoder(model.normalize(motion(0)))
-    assert content.shape == (5, 2, 4, 16)
-    features = model.style_encoder(model.normalize(motion(1, samples=32)))
-    assert [tuple(f.shape) for f in features] == [(21, 2, 32, 8), (10, 2, 16, 12), (5, 2, 8, 16)]
-    assert model.decoder(content, model.decoder.style_side(features)).shape == (21, 2, 16, 15)
+def stconv(hops, taps, channels_in, channels_out):
+    return hops * taps * channels_in * channels_out + channels_out
 
 
-def test_the_last_sample_alone_is_the_last_sample(model):
+def test_the_full_network_is_table_3():
+    """Rows of Table 3: kernel sizes k_s (hops 0..K, K = 3 2 2), k_t, and channels; G1 G2 G3 are 21, 10, 5 vertices."""
+    convolutions = ((4, 7, 64, 128), (3, 5, 128, 256), (3, 5, 256, 512), (3, 3, 512, 512), (3, 3, 512, 512))
+    encoder = (15 * 64 + 64) + sum(stconv(*row) for row in convolutions)
+    style_nets = 0
+    for hops, taps, channels, finer in ((3, 5, 512, 256), (3, 5, 256, 128), (4, 7, 128, 64)):
+        adain = 5 * (channels + 1) * 2 * channels  # each part its own affine map, from the style's mean to scale and bias
+        attention = 3 * (channels + 1) * channels  # m, n and l of Eq. 12, 13
+        style_nets += adain + stconv(hops, taps, channels, channels) + attention + stconv(hops, taps, channels, finer)
+    residual = 2 * (stconv(3, 3, 512, 512) + 5 * 513 * 1024)
+    model = MotionPuzzle(FULL)
+    for part in (model.style_encoder, model.content_encoder):
+        assert sum(p.numel() for p in part.parameters()) == encoder
+    assert model.parameter_count() == 2 * encoder + residual + style_nets + (64 * 15 + 15)
+    assert 36e6 < model.parameter_count() < 40e6
+    with torch.inference_mode():
+        features = model.style_encoder(model.normalize(motion(1, 1, 32)))
+        assert [tuple(f.shape) for f in features] == [(21, 1, 32, 128), (10, 1, 16, 256), (5, 1, 8, 512)]
+        content = model.content_encoder(model.normalize(motion(0, 1)))
+        assert content.shape == (5, 1, 4, 512)
+        assert model.decoder(content, model.decoder.style_side(features)).shape == (21, 1, 16, 15)
+
+
+def test_the_papers_slim_network_has_no_residual_blocks_and_two_style_nets():
+    model = MotionPuzzle(PAPER_SLIM)
+    assert set(model.encode_style(model.normalize(motion(1, 1, 32)))) == {3, 2}
+    assert 5 * 17_250_000 > 2 * model.parameter_count() and not [n for n, _ in model.named_parameters() if "residual" in n]
+
+
+@pytest.mark.parametrize("config", [SMALL_FULL, *(replace(c, stem=8, channels=(8, 8, 8)) for c in CONFIGS.values())])
+def test_every_form_restyles_and_its_last_sample_alone_is_the_last_sample(config):
+    torch.manual_seed(0)
+    model = MotionPuzzle(config)
+    style, own = (model.encode_style(model.normalize(motion(seed, samples=32))) for seed in (1, 2))
+    content = model.normalize(motion(0))
+    whole, last = model(content, style, own), model(content, style, own, last=1)
+    assert whole.shape == (21, 2, 16, 15) and torch.allclose(last, whole[:, :, -1:], atol=1e-5)
+
+
+def test_relative_gives_the_motion_back_exactly_in_its_own_style(model):
     style = model.encode_style(model.normalize(motion(1, samples=32)))
-    content = model.content_encoder(model.normalize(motion(0)))
-    assert torch.allclose(model.decoder(content, style, last=1), model.decoder(content, style)[:, :, -1:], atol=1e-5)
+    content = model.normalize(motion(0))
+    assert torch.equal(model(content, style, style), content)
+
+
+def test_attention_and_parts_can_be_taken_away():
+    names = ("no_attention", "whole_body_adain")
+    models = {name: MotionPuzzle(replace(CONFIGS[name], stem=8, channels=(8, 8, 8))) for name in names}
+    style = {name: model.encode_style(model.normalize(motion(1, samples=32))) for name, model in models.items()}
+    assert all(part.keys.shape[2] == 0 for part in style["no_attention"].values())
+    scale = style["whole_body_adain"][3].scale
+    assert torch.equal(scale, scale[:1].expand(5, -1, -1)) and style["whole_body_adain"][2].keys.shape[2] > 0
 
 
 def test_parts_are_mixed_by_part(model):
@@ -60,22 +107,46 @@ def test_what_a_later_window_tells_of_our_last_samples():
     assert torch.allclose(_seen_later(samples(60 + LATER))[:, :, -2:], samples(60)[:, :, -2:], atol=2e-3)
 
 
-def test_one_batch_is_learned():
+def test_kinematics_in_torch_are_those_of_sim():
+    features = clip_features(walking_clip())[:8]
+    motion = torch.from_numpy(features).permute(1, 0, 2)[:, :, None]
+    positions = forward_kinematics(motion[..., 3:9], motion[:1, ..., :3])[:, :, 0].permute(1, 0, 2).numpy()
+    assert np.allclose(positions, numpy_kinematics(features[:, 0, :3], rotations_of(features)), atol=1e-9)
+
+
+def test_the_imitated_motion_takes_turns_from_the_match_and_the_way_from_the_content(model):
+    walk = torch.from_numpy(clip_features(walking_clip()).astype(np.float32))
+    content, match = (model.normalize(walk[start:start + 32:2][None]) for start in (0, 20))
+    use_target = torch.zeros(5, 1, dtype=torch.bool)
+    assert torch.allclose(imitated(model, content, match, use_target), content, atol=1e-3)
+    use_target[0] = True
+    mixed = imitated(model, content, match, use_target)
+    assert torch.equal(mixed[1:5, ..., 3:9], match[1:5, ..., 3:9])
+    assert torch.equal(mixed[5:, ..., 3:9], content[5:, ..., 3:9])
+    assert torch.equal(mixed[..., 12:], content[..., 12:])
+    assert (mixed[3, ..., :3] - content[3, ..., :3]).abs().max() > 0.01
+
+
+@pytest.mark.parametrize("recipe", [OURS, PAPER])
+def test_one_batch_is_learned(recipe):
     torch.manual_seed(0)
-    model = MotionPuzzle(Config(16, (16, 16, 32)))
-    shift = torch.randn(2, 1, 21, 15)
-    source, later = (torch.sin(0.2 * (end - STRIDE * torch.arange(samples - 1, -1, -1.0))[:, None, None] + shift)
-                     for end, samples in ((60, 32), (60 + LATER, 16)))
-    target = torch.cos(torch.arange(32) * 0.4 + torch.randn(2, 21, 15, 1)).permute(0, 3, 1, 2) + 0.5
-    chosen = torch.ones(5, 2, dtype=torch.bool)
+    model = MotionPuzzle(replace(SLIM, stem=16, channels=(16, 16, 32), relative=recipe is OURS))
+    shift = torch.randn(21, 2, 1, 15)
+
+    def wave(end, samples, of=torch.sin):
+        return of(0.2 * (end - STRIDE * torch.arange(samples - 1, -1, -1.0))[:, None]) + shift
+
+    target = wave(10, STYLE_WINDOW, torch.cos) + 0.5
+    inputs = Inputs(wave(60, STYLE_WINDOW), wave(60, STYLE_WINDOW), wave(60 + LATER, WINDOW), target, target[:, :, -WINDOW:],
+                    target[:, :, -WINDOW:], torch.ones(2), torch.ones(5, 2, dtype=torch.bool))
     optimizer = torch.optim.Adam(model.parameters(), 5e-3)
     history = []
-    for _ in range(50):
-        terms = losses(model, source, later, target, chosen)
-        assert terms.keys() == WEIGHTS.keys()
+    for _ in range(40):
+        terms = losses(model, inputs, recipe)
+        assert terms.keys() == recipe.weights.keys()
         history.append({name: value.item() for name, value in terms.items()})
         optimizer.zero_grad()
-        sum(WEIGHTS[name] * value for name, value in terms.items()).backward()
+        sum(recipe.weights[name] * value for name, value in terms.items()).backward()
         optimizer.step()
-    assert history[-1]["reconstruction"] < 0.85 * history[0]["reconstruction"]
-    assert history[-1]["posture"] < 0.5 * history[0]["posture"]
+    for name in {"reconstruction", "posture", "imitation", "cycle"} & recipe.weights.keys():
+        assert history[-1][name] < 0.9 * history[0][name]

@@ -30,7 +30,7 @@ def test_strength_0_is_the_content_and_little_strength_is_near_it(restyle):
     assert restyle(walk, {part: ("other", 0.0) for part in PART_NAMES}) is walk
     nearly = restyle(walk, {part: ("other", 0.001) for part in PART_NAMES})
     moved = np.linalg.norm(nearly.positions() - walk.positions(), axis=-1)
-    assert 0 < moved.mean() < 0.002 and moved.max() < 0.02, "the knees of straight legs move most"
+    assert 0 < moved.mean() < 0.004 and moved.max() < 0.02, "the knees of straight legs move most"
 
 
 @pytest.mark.parametrize("part", ["left_arm", "right_leg"])
@@ -73,7 +73,7 @@ def test_windows_leave_no_seams(bank, monkeypatch):
     third = np.linalg.norm(np.diff(styled.positions()[:, 13:], 3, axis=0), axis=-1).mean(axis=1)[20:-20]
     by_phase = [third[start::offline.HOP].mean() for start in range(offline.HOP)]
     assert max(by_phase) < 1.3 * min(by_phase)
-    assert styled_features(bank.model, features, bank["other"]).shape == features.shape
+    assert styled_features(bank.model, features, bank["other"], bank["neutral"]).shape == features.shape
 
 
 @pytest.mark.parametrize("frames", [10, 64, 200, 800])
@@ -87,7 +87,7 @@ def test_repeated_tokens_make_no_difference(bank):
     few, many = bank["other"], clip_style(bank.model, clip_features(walking_clip(900)))
     repeated = with_equal_tokens([few, many])[0]
     assert repeated[3].keys.shape[2] == many[3].keys.shape[2] == 4 * few[3].keys.shape[2]
-    a, b = (styled_features(bank.model, features, style) for style in (few, repeated))
+    a, b = (styled_features(bank.model, features, *with_equal_tokens([style, bank["neutral"]])) for style in (few, repeated))
     assert np.abs(a - b).max() < 1e-4
 
 

@@ -1,6 +1,11 @@
-"""Training: a folder of BVH becomes weights, mirroring mirrors, and a resumed run is the run that never stopped."""
+"""Training: a folder of BVH becomes weights, a resumed run is the run that never stopped, two processes learn one network."""
 
 import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,15 +15,22 @@ from sim import bvh
 from sim.features import clip_features
 from stylizer import train as training
 from stylizer import weights
-from stylizer.dataset import LATER, MotionData, PackedClip, Sampler, mirrored, pack
+from stylizer.bank import Bank
+from stylizer.dataset import MotionData, PackedClip, pack
+from stylizer.losses import OURS, RECIPES
+from stylizer.motion_puzzle import CONFIGS
 from tests.sim.walker import walking_clip
 from tests.stylizer.conftest import TINY
+
+SMALL = replace(OURS, batch=3)
 
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch):
-    """Small batches, a row in the curve for every step."""
-    for name, value in (("BATCH", 3), ("HELD_OUT_BATCHES", 1), ("LOG_EVERY", 1)):
+    """A small network and small batches, a row in the curve for every step."""
+    monkeypatch.setitem(CONFIGS, "tiny", TINY)
+    monkeypatch.setitem(RECIPES, "small", SMALL)
+    for name, value in (("HELD_OUT_BATCHES", 1), ("LOG_EVERY", 1)):
         monkeypatch.setattr(training, name, value)
 
 
@@ -47,18 +59,11 @@ def test_a_folder_without_motion_is_refused(tmp_path):
         pack(tmp_path, tmp_path / "pack")
 
 
-def test_mirrored_features_are_the_mirrored_clips():
-    clip = walking_clip()
-    assert np.allclose(mirrored(clip_features(clip)), clip_features(clip.mirrored()), atol=1e-4)
-
-
-def test_windows_end_where_they_should():
-    motion = np.broadcast_to(np.arange(100, dtype=np.float32)[:, None, None], (100, 21, 15))
-    sampler = Sampler(MotionData(motion, [PackedClip("a", "a", 0, 100, 1.0)], {}), seed=0)
-    batch = sampler.batch(50)
-    assert np.allclose(np.diff(np.abs(batch.later[:, :, 0, 1]), axis=1), 2)
-    assert np.allclose(batch.later[:, :, 0, 1], batch.source[:, -16:, 0, 1] + LATER)
-    assert batch.later[:, -1, 0, 1].max() <= 99
+def test_clips_can_be_left_out(folder, tmp_path):
+    data = pack(folder, tmp_path / "pack")
+    assert [clip.name for clip in data.without(["walk_01"]).clips] == ["archive/walk_02"]
+    with pytest.raises(ValueError, match="every clip is left out"):
+        data.without(["walk"])
 
 
 def test_mixing_keeps_the_source_in_some_parts():
@@ -71,12 +76,12 @@ def test_mixing_keeps_the_source_in_some_parts():
 def test_a_resumed_run_is_the_run_that_never_stopped(tmp_path):
     features = clip_features(walking_clip())
     data = MotionData(features.astype(np.float32), [PackedClip("a", "a", 0, len(features), 1.0)], {})
-    whole = training.Trainer(data, TINY)
+    whole = training.Trainer(data, TINY, SMALL)
     for step in range(4):
         if step == 2:
             whole.keep(tmp_path / "checkpoint.pt")
         whole.update(progress=0.0)
-    resumed = training.Trainer(data, TINY, seed=7)
+    resumed = training.Trainer(data, TINY, SMALL, seed=7)
     resumed.restore(tmp_path / "checkpoint.pt")
     for _ in range(2):
         resumed.update(progress=0.0)
@@ -86,16 +91,61 @@ def test_a_resumed_run_is_the_run_that_never_stopped(tmp_path):
             assert torch.equal(a, b)
 
 
-def test_training_writes_weights_and_curve(folder, tmp_path):
-    path = training.train(folder, tmp_path / "out", minutes=0.002, config=TINY)
+def test_training_writes_weights_curve_and_the_neutral_style(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(weights, "FOLDER", tmp_path / "out")
+    path = training.train(folder, tmp_path / "out", minutes=0.002, network="tiny", recipe="small")
     header, _ = weights.read(path)
-    assert json.loads(header["config"])["channels"] == [8, 8, 8] and "CC BY-NC" in header["licence"]
+    assert json.loads(header["config"])["channels"] == [8, 8, 8]
+    assert header["licence"] == "trained on the user's own clips"
     assert (tmp_path / "out" / "curve.csv").read_text().startswith("step,minutes,reconstruction")
     assert (tmp_path / "out" / "curve.png").exists()
-    weights.load("slim", tmp_path / "out")
-    training.train(folder, tmp_path / "out", minutes=0.003, resume=True, config=TINY)
+    weights.load("tiny", tmp_path / "out")
+    assert Bank("tiny", tmp_path / "out" / "styles", tmp_path / "user").names == ("neutral",)  # what the live loop needs
+    training.train(folder, tmp_path / "out", minutes=0.003, resume=True, network="tiny", recipe="small")
 
 
 def test_resuming_without_a_checkpoint_is_refused(folder, tmp_path):
     with pytest.raises(ValueError, match="no checkpoint at"):
-        training.train(folder, tmp_path / "out", minutes=0.01, resume=True, config=TINY)
+        training.train(folder, tmp_path / "out", minutes=0.01, resume=True, network="tiny", recipe="small")
+
+
+@pytest.mark.parametrize("wrong, message", [({"network": "huge"}, "there is no network 'huge': use one of full, paper_slim"),
+                                            ({"recipe": "magic"}, "there is no recipe 'magic': use one of paper, ours")])
+def test_unknown_networks_and_recipes_are_refused(folder, tmp_path, wrong, message):
+    with pytest.raises(ValueError, match=message):
+        training.train(folder, tmp_path / "out", **wrong)
+
+
+TWO_PROCESSES = """
+import sys
+from dataclasses import replace
+from pathlib import Path
+import torch
+from stylizer import train
+from stylizer.dataset import MotionData
+from stylizer.losses import OURS
+from stylizer.motion_puzzle import SLIM
+torch.set_num_threads(1)
+out = Path(sys.argv[1])
+with train.Processes() as rank:
+    small = replace(SLIM, stem=8, channels=(8, 8, 8)), replace(OURS, batch=2)
+    trainer = train.Trainer(MotionData.open(out), *small, seed=1 + rank)
+    windows = trainer.sampler.batch(1).source.sum()
+    for _ in range(3):
+        trainer.update(progress=0.0)
+    learned = list(trainer.model.parameters())
+    torch.save({"windows": float(windows), "spent": trainer.spent, "weights": learned}, out / f"{rank}.pt")
+"""
+
+
+def test_two_processes_learn_one_network_from_different_windows(folder, tmp_path):
+    pack(folder, tmp_path / "pack")
+    script = tmp_path / "two_processes.py"
+    script.write_text(TWO_PROCESSES)
+    torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2"]
+    root = Path(__file__).parents[2]
+    subprocess.run([*torchrun, script, tmp_path / "pack"], check=True, capture_output=True, timeout=300, cwd=root,
+                   env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(root)})
+    first, second = (torch.load(tmp_path / "pack" / f"{rank}.pt", weights_only=True) for rank in (0, 1))
+    assert first["windows"] != second["windows"] and first["spent"] == second["spent"]
+    assert all(torch.equal(a, b) for a, b in zip(first["weights"], second["weights"]))
