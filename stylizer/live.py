@@ -62,6 +62,8 @@ class LiveStylizer:
         """Back to before the first step: nothing is worn."""
         self.parts = [_Part() for _ in PART_NAMES]
         self.turns = _Turns()
+        self.raised = self.raised_rate = 0.0  # what both legs are shortened by to let the feet stand under the styled hips
+        self.answer: np.ndarray | None = None  # the network's own, when it was last asked: features (21, 15)
         self._asked_for: tuple | None = None  # what the parts wore when the network was asked last
         self._newest: np.ndarray | None = None  # what it answered
         self._resting = False  # whether this frame makes do with that answer
@@ -76,7 +78,7 @@ class LiveStylizer:
         strengths = np.array([part.strength for part in self.parts])
         if not strengths.any():
             self.turns.forget()
-            self._asked_for = None
+            self.raised, self.raised_rate, self._asked_for = 0.0, 0.0, None
             return neutral
         turns = self.turns.step(self._answer(window), np.array(switched)[PART_OF_ROW], strengths[PART_OF_ROW] > 0)
         styled = hands_kept(turned(neutral, turns * scales(strengths)), neutral, strengths[ARM_PARTS])
