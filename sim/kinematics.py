@@ -37,13 +37,13 @@ def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np
 
     hip, knee, ankle, target: (..., 3) world metres. pole: (..., 3) where the knee points when the leg is straight and its bend
     has no plane of its own. A target out of reach is approached along the line to it, up to `reach` of the leg's length."""
-    upper, lower = _length(knee - hip), _length(ankle - knee)
-    distance = np.clip(_length(target - hip), np.abs(upper - lower) + 1e-3, (upper + lower) * reach)
+    upper, lower = rot.length(knee - hip), rot.length(ankle - knee)
+    distance = np.clip(rot.length(target - hip), np.abs(upper - lower) + 1e-3, (upper + lower) * reach)
     axis, current = rot.normalize(target - hip), rot.normalize(ankle - hip)
 
     # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.
     bend = _without(knee - hip, current)
-    bend = bend + pole * np.maximum(0.0, 0.02 - _length(bend))
+    bend = bend + pole * np.maximum(0.0, 0.02 - rot.length(bend))
     bend = rot.normalize(_without(rot.rotate(rot.between(current, axis), bend), axis))
 
     cosine = np.clip((upper**2 + distance**2 - lower**2) / (2 * upper * distance), -1.0, 1.0)
@@ -51,11 +51,6 @@ def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np
     return rot.between(knee - hip, new_knee), rot.between(ankle - knee, distance * axis - new_knee)
 
 
-def _length(v: np.ndarray) -> np.ndarray:
-    """(..., 3) -> (..., 1)."""
-    return np.sqrt(np.sum(v * v, axis=-1, keepdims=True))
-
-
 def _without(v: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """What of v is square to a unit axis."""
-    return v - axis * np.sum(v * axis, axis=-1, keepdims=True)
+    return v - axis * np.vecdot(v, axis)[..., None]

@@ -1,50 +1,69 @@
 """Rotations: unit quaternions (w, x, y, z), 6-D (forward and up axes) and yaw; the only place where orders are converted.
 
-Every function works on any leading axes and is plain numpy, so one frame and a whole clip use the same code.
+Every function works on any leading axes and is plain numpy, so one frame and a whole clip use the same code. A frame's
+arrays are tiny and each numpy call costs a microsecond, so products of quaternions are one outer product and one table.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from scipy.spatial.transform import Rotation
+
+if TYPE_CHECKING:  # imported where it is used: it takes a third of a second, and the live loop has no use for it
+    from scipy.spatial.transform import Rotation
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
+
+# Hamilton's table: the product of the i-th and j-th of the units 1, i, j, k is plus or minus the |n|-th, counted from 1.
+_HAMILTON = np.array([[1, 2, 3, 4],
+                      [2, -1, 4, -3],
+                      [3, -4, -1, 2],
+                      [4, 3, -2, -1]])
+_PRODUCT = np.sign(_HAMILTON)[..., None] * np.eye(4)[np.abs(_HAMILTON) - 1]  # (4, 4, 4): a_i b_j counts in (a b)_k
+# q v q* is bilinear in q: column c of the rotation matrix is what becomes of the c-th axis.
+_MATRIX = np.einsum("ick,kjr,j->ijrc", _PRODUCT[:, 1:], _PRODUCT[:, :, 1:], CONJUGATE)  # (4, 4, 3, 3)
+_AXES = np.concatenate([_MATRIX[..., 2], _MATRIX[..., 1]], axis=-1).reshape(16, 6)  # forward and up axis
+# And back: 4 q q^T, which is symmetric with trace 4, from the matrix and a 1.
+_SQUARE = np.round(4 * np.linalg.pinv(np.column_stack([_MATRIX.reshape(16, 9), np.eye(4).ravel()])))  # (10, 16)
+_PRODUCT, _MATRIX = _PRODUCT.reshape(16, 4), _MATRIX.reshape(16, 9)
+_YZX = np.array([1, 2, 0])
 
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The rotation b followed by a: (..., 4), (..., 4) -> (..., 4)."""
-    aw, ax, ay, az = np.moveaxis(a, -1, 0)
-    bw, bx, by, bz = np.moveaxis(b, -1, 0)
-    return np.stack([aw * bw - ax * bx - ay * by - az * bz,
-                     aw * bx + ax * bw + ay * bz - az * by,
-                     aw * by - ax * bz + ay * bw + az * bx,
-                     aw * bz + ax * by - ay * bx + az * bw], axis=-1)
+    return _outer(a, b) @ _PRODUCT
 
 
 def inverse(q: np.ndarray) -> np.ndarray:
     """The inverse of unit quaternions (..., 4)."""
-    return q * np.array([1.0, -1.0, -1.0, -1.0])
+    return q * CONJUGATE
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cross product of (..., 3) vectors; many times quicker than np.cross on small arrays."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+    return (a * b.take(_YZX, -1) - a.take(_YZX, -1) * b).take(_YZX, -1)
 
 
 def rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
-    t = 2.0 * cross(q[..., 1:], v)
-    return v + q[..., :1] * t + cross(q[..., 1:], t)
+    return (to_matrix(q) @ v[..., None])[..., 0]
+
+
+def length(v: np.ndarray) -> np.ndarray:
+    """Lengths (..., 1) of vectors (..., n)."""
+    return np.sqrt(np.vecdot(v, v))[..., None]
 
 
 def normalize(v: np.ndarray) -> np.ndarray:
     """Vectors (..., n) at unit length; a zero vector stays zero."""
-    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
+    return v / np.maximum(length(v), 1e-12)
 
 
 def slerp(a: np.ndarray, b: np.ndarray, t) -> np.ndarray:
     """From a to b along the shorter arc: (..., 4), (..., 4), t broadcastable to (..., 1); t beyond 0..1 extrapolates."""
-    dot = np.sum(a * b, axis=-1, keepdims=True)
+    dot = np.vecdot(a, b)[..., None]
     b = np.where(dot < 0, -b, b)
     angle = np.arccos(np.minimum(np.abs(dot), 1.0))
     sine = np.sin(angle)
@@ -63,14 +82,14 @@ def from_axis_angle(axis: np.ndarray, angle) -> np.ndarray:
 
 def from_rotation_vector(vector: np.ndarray) -> np.ndarray:
     """Rotations (..., 4) from axis times angle in radians (..., 3); the zero vector is the identity exactly."""
-    half = np.linalg.norm(vector, axis=-1, keepdims=True) / 2
+    half = length(vector) / 2
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vector], axis=-1)
 
 
 def to_rotation_vector(q: np.ndarray) -> np.ndarray:
     """Axis times angle (..., 3), the angle at most half a turn, of unit quaternions (..., 4)."""
     q = np.where(q[..., :1] < 0, -q, q)
-    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    sine = length(q[..., 1:])
     angle = 2 * np.arctan2(sine, q[..., :1])
     return q[..., 1:] * np.where(sine < 1e-8, 2.0, angle / np.maximum(sine, 1e-8))
 
@@ -79,18 +98,24 @@ def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The shortest rotation that turns direction a (..., 3) onto direction b (..., 3).
 
     For opposite directions any half turn would do; one about an axis perpendicular to a is taken."""
-    a, b = normalize(a), normalize(b)
-    w = 1.0 + np.sum(a * b, axis=-1, keepdims=True)
-    perpendicular = cross(a, np.where(np.abs(a[..., :1]) < 0.9, np.array([1.0, 0, 0]), np.array([0, 1.0, 0])))
-    return normalize(np.where(w < 1e-8, np.concatenate([np.zeros_like(w), perpendicular], -1),
-                              np.concatenate([w, cross(a, b)], -1)))
+    a, b = np.broadcast_arrays(normalize(a), normalize(b))
+    result = np.empty((*a.shape[:-1], 4))
+    result[..., 0] = 1.0 + np.vecdot(a, b)
+    result[..., 1:] = cross(a, b)
+    opposite = result[..., 0] < 1e-8
+    if opposite.any():
+        away = a[opposite]
+        result[opposite, 0] = 0.0
+        result[opposite, 1:] = cross(away, np.where(np.abs(away[..., :1]) < 0.9, np.array([1.0, 0, 0]), np.array([0, 1.0, 0])))
+    return normalize(result)
 
 
 def from_yaw(yaw) -> np.ndarray:
     """Rotation about the vertical by a yaw in radians (...); yaw 0 faces +Z, a quarter turn faces +X."""
     half = np.asarray(yaw) / 2
-    zero = np.zeros_like(half)
-    return np.stack([np.cos(half), zero, np.sin(half), zero], axis=-1)
+    result = np.zeros((*half.shape, 4))
+    result[..., 0], result[..., 2] = np.cos(half), np.sin(half)
+    return result
 
 
 def yaw_of(direction: np.ndarray) -> np.ndarray:
@@ -105,21 +130,34 @@ def wrap_angle(angle):
 
 def to_6d(q: np.ndarray) -> np.ndarray:
     """The rotated forward (+Z) and up (+Y) axes, (..., 4) -> (..., 6), as in Jang et al. 2022, Sec. 3."""
-    w, x, y, z = np.moveaxis(q, -1, 0)
-    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y),
-                     2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], axis=-1)
+    return _outer(q, q) @ _AXES
 
 
 def from_6d(axes: np.ndarray) -> np.ndarray:
     """The nearest rotation to a forward and an up axis (Gram-Schmidt, forward kept), (..., 6) -> (..., 4)."""
     forward = normalize(axes[..., :3])
     right = normalize(cross(axes[..., 3:], forward))  # +X: the character's left
-    return from_matrix(np.stack([right, cross(forward, right), forward], axis=-1))
+    matrix = np.empty((*axes.shape[:-1], 3, 3))
+    matrix[..., 0], matrix[..., 1], matrix[..., 2] = right, cross(forward, right), forward
+    return from_matrix(matrix)
+
+
+def to_matrix(q: np.ndarray) -> np.ndarray:
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
+    return (_outer(q, q) @ _MATRIX).reshape(*q.shape[:-1], 3, 3)
 
 
 def from_matrix(m: np.ndarray) -> np.ndarray:
     """Quaternions of rotation matrices, (..., 3, 3) -> (..., 4)."""
-    return from_scipy(Rotation.from_matrix(m.reshape(-1, 3, 3))).reshape(*m.shape[:-2], 4)
+    square = (m.reshape(-1, 9) @ _SQUARE[:9] + _SQUARE[9]).reshape(-1, 4, 4)  # every row is a multiple of q
+    largest = square.diagonal(axis1=1, axis2=2).argmax(axis=1)
+    return normalize(square[np.arange(len(square)), largest]).reshape(*m.shape[:-2], 4)
+
+
+def _outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Every component of a (..., 4) times every one of b (..., 4): (..., 16)."""
+    products = a[..., :, None] * b[..., None, :]
+    return products.reshape(*products.shape[:-2], 16)
 
 
 def from_scipy(rotation: Rotation) -> np.ndarray:
@@ -129,11 +167,13 @@ def from_scipy(rotation: Rotation) -> np.ndarray:
 
 def to_scipy(q: np.ndarray) -> Rotation:
     """Our (w, x, y, z), any leading axes flattened, as a scipy Rotation."""
+    from scipy.spatial.transform import Rotation
     return Rotation.from_quat(np.roll(q, -1, axis=-1).reshape(-1, 4))
 
 
 def from_euler(order: str, degrees: np.ndarray) -> np.ndarray:
     """Intrinsic Euler angles in degrees (..., 3), applied in BVH channel order such as 'ZXY' -> (..., 4)."""
+    from scipy.spatial.transform import Rotation
     turns = Rotation.from_euler(order.upper(), degrees.reshape(-1, len(order)), degrees=True)
     return from_scipy(turns).reshape(*degrees.shape[:-1], 4)
 

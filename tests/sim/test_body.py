@@ -51,6 +51,14 @@ def test_quaternions_agree_with_scipy():
     np.testing.assert_allclose(rot.to_scipy(rot.slerp(a, b, 0.3)).as_matrix(), _scipy_slerp(scipy_a, scipy_b, 0.3), atol=1e-9)
 
 
+def test_matrices_agree_with_scipy_and_half_turns_come_back():
+    half_turns = np.eye(4)[1:]
+    for q in (QUATERNIONS[:, 0], half_turns, rot.IDENTITY):
+        matrices = rot.to_matrix(q)
+        np.testing.assert_allclose(matrices.reshape(-1, 3, 3), rot.to_scipy(q).as_matrix(), atol=1e-12)
+        np.testing.assert_allclose(np.abs(np.vecdot(rot.from_matrix(matrices), q)), 1, atol=1e-12)
+
+
 def _scipy_slerp(a: Rotation, b: Rotation, t: float) -> np.ndarray:
     return (Rotation.from_rotvec(t * (b * a.inv()).as_rotvec()) * a).as_matrix()
 
