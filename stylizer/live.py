@@ -12,15 +12,27 @@ import numpy as np
 import torch
 
 from sim.clip import FPS, Clip
+from sim.features import STRIDE
 from sim.pose import Pose
 from sim.skeleton import PART_NAMES
-from sim.springs import spring_step
+from sim.springs import decay, spring_step
 from sim.worn import Worn, names
 from stylizer import weights
 from stylizer.attention import attention_map
 from stylizer.bank import Bank
 from stylizer.blend import Style, interpolated, side_by_side
-from stylizer.turns import ARM_PARTS, PART_OF_ROW, asked, feet_off, feet_raised, hands_kept, height_share, scales, turned
+from stylizer.turns import (
+    ARM_PARTS,
+    PART_OF_ROW,
+    asked,
+    continued,
+    feet_off,
+    feet_raised,
+    hands_kept,
+    height_share,
+    scales,
+    turned,
+)
 
 OWN = "neutral"  # the style that untouched parts wear inside the network
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
@@ -29,6 +41,7 @@ SMOOTHING_HALFLIFE = 0.035  # seconds; the turns that the network asks for follo
 GONE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
 FLOOR_HALFLIFE = 0.08  # seconds, for the height that all legs are lengthened or shortened by
 DT = 1 / FPS
+LOST_SHARE = 1 - decay(1.0, STRIDE * DT)  # of an answer in that average: a half-life of a second
 
 
 class LiveStylizer:
@@ -66,6 +79,7 @@ class LiveStylizer:
         self.answer: np.ndarray | None = None  # the network's own, when it was last asked: features (21, 15)
         self._asked_for: tuple | None = None  # what the parts wore when the network was asked last
         self._newest: np.ndarray | None = None  # what it answered
+        self._lost: np.ndarray | None = None  # what the decoder loses of the neutral motion, slow average: features (21, 15)
         self._resting = False  # whether this frame makes do with that answer
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
@@ -104,6 +118,8 @@ class LiveStylizer:
             self._resting = False
             return self._newest
         newest = self._ask(window)
+        if self._newest is not None:
+            newest = continued(newest, self._newest)
         before = newest if changed else self._newest
         self._asked_for, self._newest, self._resting = wanted, newest, True
         return (before + newest) / 2
@@ -114,8 +130,13 @@ class LiveStylizer:
             model = self.bank.model
             motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
             own = self._together("own", (OWN,) * len(PART_NAMES))
-            self.answer = model.restore(model(motion, self._styles(), own, last=1))[0, 0].double().numpy()
-            return asked(self.answer, window[-1])
+            self.answer, rebuilt = (answer if answer is None else model.restore(answer)[0, 0].double().numpy()
+                                    for answer in model(motion, self._styles(), own, last=1))
+        if rebuilt is not None:  # what the decoder loses of the neutral movement goes on top, but not what is lost steadily
+            lost = window[-1] - rebuilt
+            self._lost = lost if self._lost is None else self._lost + (lost - self._lost) * LOST_SHARE
+            self.answer = self.answer + (lost - self._lost)
+        return asked(self.answer, window[-1])
 
     def _styles(self) -> Style:
         """Each part's own style or blend of two, put together once and kept until one of them changes."""

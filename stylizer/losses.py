@@ -12,6 +12,7 @@ from stylizer.dataset import LATER
 from stylizer.motion_puzzle import MotionPuzzle, halves, joined, mix_parts
 
 BODY = slice(LAYOUT["position"].start, LAYOUT["rotation"].stop)  # position and rotation
+LIVELINESS = 2.0  # what a joint's deviation over time counts in `posture`, where its mean counts 1
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics
 STANDING, WALKING = 0.15, 0.45  # m/s, mean root speed of a clip under and over which it surely stands or walks
 FEET = np.isin(np.arange(JOINT_COUNT), CONTACT_JOINTS)
@@ -38,7 +39,7 @@ class Recipe:
 
 # App. A.2 of the paper; the weights of Eq. 20 are all one.
 PAPER = Recipe({"reconstruction": 1.0, "cycle": 1.0, "root": 1.0, "smoothness": 1.0})
-OURS = Recipe({"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 1.5, "imitation": 2.0, "stream": 1.5},
+OURS = Recipe({"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 1.5, "imitation": 1.0, "stream": 0.4},
               batch=12, learning_rate=2e-3, momentum=0.9, average=0.998, last_weight=5.0, late=("stream",))
 RECIPES = {"paper": PAPER, "ours": OURS}
 
@@ -162,7 +163,7 @@ def posture(restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, u
     deviation_error = (_deviation(restyled) - (_deviation(content) + deviation_shift).clamp(min=0)).abs()
 
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=use_target.device)][..., None]  # (21, B, 1)
-    error = ((0.5 + 0.5 * alike) * mean_error + alike * deviation_error) * chosen
+    error = ((0.5 + 0.5 * alike) * mean_error + LIVELINESS * alike * deviation_error) * chosen
     return error.sum() / (chosen.sum() * error.shape[2]).clamp(min=1)
 
 

@@ -27,7 +27,7 @@ class Config:
     style_statistics: int = 1  # what BP-AdaIN's scale and bias are made of: 1 the style's mean, 2 its deviation too
     by_part: bool = True  # BP-AdaIN; False: AdaIN over the whole body (Sec. 7.2)
     attention: bool = True  # BP-ATN (Sec. 7.2)
-    relative: bool = False  # the content motion plus what the style changes in the decoder's output, instead of that output
+    relative: bool = False  # what the decoder loses of the content's own movement is measured, to be put back
 
     def conv(self, level: int, channels_in: int, channels_out: int, taps: int = 0) -> STConv:
         """A spatial-temporal convolution on graph G_level with this table's kernel."""
@@ -233,16 +233,15 @@ class MotionPuzzle(nn.Module):
         """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by level."""
         return self.decoder.style_side(self.style_encoder(motion))
 
-    def forward(self, motion: Tensor, style: Style, own: Style, last: int | None = None) -> Tensor:
-        """Normalized motion (21, B, T, 15) restyled: the same shape, or the `last` samples alone. own: the motion's own style.
+    def forward(self, motion: Tensor, style: Style, own: Style, last: int | None = None) -> tuple[Tensor, Tensor | None]:
+        """Eq. 7: normalized motion (21, B, T, 15) in another style, and where the configuration says `relative` in its own
+        too; all samples or the `last` ones.
 
-        With `relative` it is motion + D(c, style) - D(c, own): its own style gives the motion back exactly, and what the
-        decoder gets wrong in the same way for both styles, trembling included, cancels out."""
+        The second shows what of the content's own movement the decoder loses: whoever applies the first puts that back."""
         content = self.content_encoder(motion)
         if not self.config.relative:
-            return self.decoder(content, style, last)
-        styled, rebuilt = self.decoder(torch.cat([content, content], dim=1), joined([style, own]), last).chunk(2, dim=1)
-        return motion[:, :, -styled.shape[2]:] + (styled - rebuilt)
+            return self.decoder(content, style, last), None
+        return self.decoder(torch.cat([content, content], dim=1), joined([style, own]), last).chunk(2, dim=1)
 
     def parameter_count(self) -> int:
         return sum(p.numel() for p in self.parameters())

@@ -29,6 +29,7 @@ from stylizer.turns import ARM_PARTS, asked, feet_off, feet_raised, hands_kept, 
 HOP = 3  # frames between windows; odd, so that they see the even and the odd frames in turn
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
 FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
+STEADY = 60  # frames (Gaussian sigma): what lasts longer is posture, not movement
 BATCH = 64  # windows
 SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
 FEW, MANY = 3, 12  # windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
@@ -109,17 +110,23 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style, own
     padded = np.concatenate([features, features[-1:].repeat(max(SPAN + 1 - frames, 0), axis=0)])
     last = len(padded) - SPAN
     starts = np.unique([0, 1, *range(0, last, HOP), last - 1, last])
-    total, weights = np.zeros_like(padded), np.zeros((len(padded), 1, 1))
+    totals, weights = np.zeros((2, *padded.shape)), np.zeros((len(padded), 1, 1))
     fade = np.hanning(WINDOW + 2)[1:-1, None, None]
     for some in np.array_split(starts, -(-len(starts) // BATCH)):
         seen = some[:, None] + STRIDE * np.arange(WINDOW)
         batch = model.normalize(torch.from_numpy(padded[seen].astype(np.float32)))
         styles = (_for_batch(look, len(some)) for look in (style, own))
-        answers = model.restore(model(batch, *styles)).double().numpy()
-        for at, answer in zip(seen, answers):
-            total[at] += answer * fade
+        for total, answers in zip(totals, model(batch, *styles)):
+            if answers is not None:
+                for at, window in zip(seen, model.restore(answers).double().numpy()):
+                    total[at] += window * fade
+        for at in seen:
             weights[at] += fade
-    return (total / weights)[:frames]
+    styled, rebuilt = (totals / weights)[:, :frames]
+    if not model.config.relative:
+        return styled
+    lost = features - rebuilt  # of the content's own movement goes on top, but not what is lost steadily
+    return styled + lost - gaussian_filter1d(lost, STEADY, axis=0, mode="nearest")
 
 
 def as_pose(clip: Clip) -> Pose:

@@ -41,6 +41,16 @@ def height_share(strengths: np.ndarray) -> float:
     return float(strengths[BEARING_PARTS].min())
 
 
+def continued(rows: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """The same rows (22, 3), turns told the other way round the circle where that is nearer to the rows before them: a turn
+    of about half a circle must not change its direction from one frame to the next."""
+    turns, last = rows[:HIPS_ROW], before[:HIPS_ROW]
+    angle = np.linalg.norm(turns, axis=-1, keepdims=True)
+    other = turns * (1 - 2 * np.pi / np.maximum(angle, 1e-9))
+    nearer = np.linalg.norm(other - last, axis=-1) < np.linalg.norm(turns - last, axis=-1)
+    return np.concatenate([np.where(nearer[:, None], other, turns), rows[HIPS_ROW:]])
+
+
 def turned(content: Pose, rows: np.ndarray) -> Pose:
     """The pose with its joints turned and its hips shifted by rows (22, 3); a pose of many frames takes rows for each."""
     rows = rot.rotate(rot.from_yaw(content.root_facing)[..., None, :], rows)
