@@ -57,7 +57,8 @@ def part_gaps(output: np.ndarray, content: np.ndarray, style: np.ndarray) -> np.
 
 def shares(gaps: np.ndarray) -> dict[str, dict[str, float]]:
     """Part -> `closed`, 1 - what is left / what there was, and `gone`, the share of the way along the gap, from `part_gaps`."""
-    closed, gone = 1 - gaps[LEFT] / gaps[GAP], gaps[GONE] / gaps[GAP]
+    gap = np.maximum(gaps[GAP], 1e-9)
+    closed, gone = 1 - gaps[LEFT] / gap, gaps[GONE] / gap
     return {part: {"closed": float(c), "gone": float(g)} for part, c, g in zip(PART_NAMES, closed, gone)}
 
 

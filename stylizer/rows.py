@@ -1,0 +1,161 @@
+"""One row of the table of transfer (Table 2 and more): a network, offline or live, over source x style pairs."""
+
+import time
+from dataclasses import dataclass
+from functools import cache
+from typing import Callable, Sequence
+
+import numpy as np
+
+from sim.clip import Clip, root_frame
+from sim.features import clip_features
+from sim.measures import foot_skate, frechet_distance, jerk
+from sim.skeleton import CONTACT_JOINTS, PART_NAMES
+from stylizer.classifier import Classifier
+from stylizer.labelled import SHORTEST, Take, draw, windows
+from stylizer.live import OWN
+from stylizer.measures import geodesic
+from stylizer.motion_puzzle import MotionPuzzle
+from stylizer.offline import Look, answer, clip_style, stylize
+from stylizer.streams import Styles, live
+
+TRIALS = 10
+WARM_UP = 40  # frames before the judged window: a live stream has reached its strength by then
+SEGMENT = WARM_UP + SHORTEST
+TOES = CONTACT_JOINTS[1::2]
+CENTI = 100
+TARGET = "target"
+JUDGED = ("sra", "cra", "fmd")
+FIGURES = (*JUDGED, "geodesic", "skate_cm_s", "jitter_ratio", *(f"drawn_{name}" for name in JUDGED))
+
+Figures = dict[str, list[float] | None]  # [mean, deviation] over the trials
+
+
+@dataclass(frozen=True)
+class Judges:
+    content: Classifier
+    style: Classifier
+
+
+class Transfer:
+    """A network at work, the same way for both modes: (source clip, source take, target take) -> what the network answers,
+    as features (frames, 21, 15), and the clip that is drawn, its feet in order."""
+
+    def __init__(self, model: MotionPuzzle, mode: str) -> None:
+        self.model, self.mode, self.seconds, self.frames = model, mode, 0.0, 0
+        self.style = cache(lambda take: clip_style(model, take.features))
+
+    def __call__(self, content: Clip, source: Take, target: Take) -> tuple[np.ndarray, Clip]:
+        own, style = self.style(source), self.style(target)
+        if self.mode == "live":
+            stream = live(Styles(self.model, {OWN: own, TARGET: style}), content,
+                          lambda _: {part: (TARGET, 1.0) for part in PART_NAMES})
+            self.seconds += stream.seconds * len(content)
+            result = stream.answers, stream.locked
+        else:
+            looks = {part: Look(style) for part in PART_NAMES}
+            start = time.perf_counter()
+            drawn = stylize(self.model, content, looks)
+            self.seconds += time.perf_counter() - start
+            result = answer(self.model, clip_features(content), looks), drawn
+        self.frames += len(content)
+        return result
+
+
+def real_row(takes: Sequence[Take], judges: Judges, size: int) -> Figures:
+    """The figures of real motion, measured alike; its distance is that of one random half from the other."""
+    trials = []
+    for trial in range(TRIALS):
+        random = np.random.default_rng(trial)
+        chosen = [takes[i] for i in _balanced(random, takes, "style", size)]
+        clips = [_segment(random, take.clip) for take in chosen]
+        judged = _judged(_windows_of(clips), [t.content for t in chosen], [t.style for t in chosen], judges)
+        order = random.permutation(len(chosen))
+        halves = (judges.content.names(_windows_of([clips[i] for i in half]))[1] for half in (order[::2], order[1::2]))
+        trials.append(judged | {"fmd": frechet_distance(*halves), "skate_cm_s": _drawn(clips, clips)["skate_cm_s"]})
+    return _summary(trials)
+
+
+def row(transfer: Transfer, takes: Sequence[Take], judges: Judges, size: int, tick: Callable[[], object],
+        targets: Sequence[Take] | None = None, same_content: bool = False) -> Figures:
+    """TRIALS times `size` pairs, sources balanced over contents and targets over styles; calls tick once a pair.
+
+    targets: the takes whose styles are put on (None: all). same_content: a source walks where its target walks."""
+    targets = takes if targets is None else targets
+    sources = [take for take in takes if len(take.clip) >= SEGMENT]
+    reference = judges.content.names(np.concatenate(
+        [windows(t.features, np.unique([0, len(t.features) - SHORTEST])) for t in takes]))[1]
+    trials = []
+    for trial in range(TRIALS):
+        random = np.random.default_rng(trial)
+        wanted = [targets[i] for i in _balanced(random, targets, "style", size)]
+        if same_content:
+            fitting = [[take for take in sources if take.content == target.content] or sources for target in wanted]
+            chosen = [choice[int(random.integers(len(choice)))] for choice in fitting]
+        else:
+            chosen = [sources[i] for i in _balanced(random, sources, "content", size)]
+        pairs = list(zip(chosen, wanted))
+        contents, answers, outputs = [], [], []
+        for source, target in pairs:
+            contents.append(_segment(random, source.clip))
+            features, drawn = transfer(contents[-1], source, target)
+            answers.append(windows(features, [len(features) - SHORTEST])[0])
+            outputs.append(drawn)
+            tick()
+        labels = [s.content for s, _ in pairs], [t.style for _, t in pairs]
+        of_drawn = _judged(_windows_of(outputs), *labels, judges, reference)
+        trials.append(_judged(np.stack(answers), *labels, judges, reference) | _drawn(outputs, contents)
+                      | {f"drawn_{name}": value for name, value in of_drawn.items()})
+    return _summary(trials)
+
+
+def _judged(motion: np.ndarray, content: Sequence[str], style: Sequence[str], judges: Judges,
+            reference: np.ndarray | None = None) -> dict[str, float | None]:
+    """JUDGED of windows (n, SAMPLES, 21, 15), with their labels and the features of real ones."""
+    named_content, features = judges.content.names(motion)
+    named_style, _ = judges.style.names(motion)
+    return {"sra": float(np.mean(np.array(named_style) == style)), "cra": float(np.mean(np.array(named_content) == content)),
+            "fmd": None if reference is None else frechet_distance(features, reference)}
+
+
+def _drawn(outputs: Sequence[Clip], contents: Sequence[Clip]) -> dict[str, float]:
+    """The figures of drawn clips beside their contents, over the last SHORTEST frames."""
+    last = slice(-SHORTEST, None)
+    roots = [root_frame(clip.positions()).positions[last] for clip in contents]
+    jerks = [[np.nanmean(jerk(clip.positions()[last], root)) for clip, root in zip(clips, roots)]
+             for clips in (outputs, contents)]
+    skates = np.concatenate([foot_skate(clip.positions()[last][:, TOES]).ravel() for clip in outputs])
+    return {"geodesic": float(np.mean([geodesic(o.rotations[last], c.rotations[last]) for o, c in zip(outputs, contents)])),
+            "skate_cm_s": float(np.nanmean(skates)) * CENTI, "jitter_ratio": float(np.mean(jerks[0]) / np.mean(jerks[1]))}
+
+
+def _windows_of(clips: Sequence[Clip]) -> np.ndarray:
+    return np.concatenate([windows(clip_features(clip), [len(clip) - SHORTEST]) for clip in clips])
+
+
+def _segment(random: np.random.Generator, clip: Clip) -> Clip:
+    length = min(SEGMENT, len(clip))
+    start = int(random.integers(0, len(clip) - length + 1))
+    return clip[start:start + length]
+
+
+def _balanced(random: np.random.Generator, takes: Sequence[Take], label: str, size: int) -> list[int]:
+    """`size` indices, the values of a label in turn, shuffled."""
+    chosen: list[int] = []
+    while len(chosen) < size:
+        chosen += random.permutation(draw(random, takes, label)).tolist()
+    return random.permutation(chosen[:size]).tolist()
+
+
+def _summary(trials: Sequence[dict[str, float | None]]) -> Figures:
+    """[mean, deviation] of every figure over the trials, None where it does not apply."""
+    result: Figures = {}
+    for name in FIGURES:
+        values = [trial[name] for trial in trials if trial.get(name) is not None]
+        result[name] = [float(np.mean(values)), float(np.std(values))] if values else None
+    return result
+
+
+def milliseconds(transfer: Transfer) -> list[float]:
+    """What a frame took, as [mean, 0]: it is measured over all trials together."""
+    return [1000 * transfer.seconds / max(transfer.frames, 1), 0.0]
