@@ -8,7 +8,7 @@ from controller.layout import GAITS, INPUT, INPUT_SLICES, OFFSETS, OUTPUT_SLICES
 from sim import rotations as rot
 from sim.clip import FPS
 from sim.skeleton import INDEX, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
-from sim.springs import spring_step
+from sim.springs import response, spring_step
 
 SECONDS = 10  # length of the loop
 HARMONICS = 8  # of it, so nothing quicker than 0.8 Hz
@@ -20,6 +20,8 @@ ROWS = JOINT_COUNT + 1  # a rotation vector a joint, and last the hips' shift in
 SHAPE = (1 + 2 * HARMONICS, ROWS, 3)  # the bearing, then cosine and sine amplitudes of the sway about it
 UPPER = np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine"))[1:]  # without the hips, which the legs stand under
 DT = 1 / FPS
+EASE = np.stack([response(spring_step, halflife, DT) for halflife in (EASE_HALFLIFE, BEARING_HALFLIFE)])
+TURNS = 2 * np.pi * np.arange(1, HARMONICS + 1)  # radians of each harmonic in a loop
 
 
 def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray:
@@ -66,21 +68,21 @@ class Idle:
 
     def __init__(self, loop: np.ndarray) -> None:
         """loop: SHAPE, from `fit`; zeros lay nothing on."""
-        self.bearing, self.amplitudes = rot.from_rotation_vector(loop[0, UPPER]), loop[1:]
+        self.bearing, self.amplitudes = rot.from_rotation_vector(loop[0, UPPER]), loop[1:].reshape(2 * HARMONICS, -1)
         self.captured = bool(loop.any())
         self.frame = 0
-        self.shares, self.rates = np.zeros(2), np.zeros(2)  # of the sway and of the bearing
+        self.easing = np.zeros((2, 3, 1))  # of the sway and of the bearing: share, its rate, wanted share
 
     def step(self, standing: float, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotations (21, 4) in the root frame with the idle laid on them, and the hips' shift (3,); standing 0..1."""
         self.frame += 1
-        for i, halflife in enumerate((EASE_HALFLIFE, BEARING_HALFLIFE)):
-            self.shares[i], self.rates[i] = spring_step(self.shares[i], self.rates[i], standing, halflife, DT)
-        if not self.captured or self.shares.max() < GONE:
+        self.easing[:, 2] = standing
+        self.easing[:, :2] = EASE @ self.easing
+        sway, bearing = self.easing[:, 0, 0].tolist()
+        if not self.captured or max(sway, bearing) < GONE:
             return rotations, np.zeros(3)
-        sway, bearing = self.shares
         rotations = rotations.copy()
         rotations[UPPER] = rot.slerp(rotations[UPPER], self.bearing, bearing)
-        angle = 2 * np.pi * np.arange(1, HARMONICS + 1) * (self.frame * DT / SECONDS)
-        rows = sway * np.tensordot(np.concatenate([np.cos(angle), np.sin(angle)]), self.amplitudes, 1)
+        angle = TURNS * (self.frame * DT / SECONDS)
+        rows = (sway * np.concatenate([np.cos(angle), np.sin(angle)]) @ self.amplitudes).reshape(ROWS, 3)
         return rot.multiply(rot.from_rotation_vector(rows[:JOINT_COUNT]), rotations), rows[JOINT_COUNT]

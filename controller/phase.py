@@ -1,9 +1,9 @@
 """Phase and gait of recorded motion, labelled from its foot contacts."""
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from controller.layout import GAITS
+from sim import rotations as rot
 from sim.clip import FPS
 from sim.skeleton import CONTACT_JOINTS
 
@@ -36,6 +36,7 @@ def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     Between two steps of a walk it runs evenly. Over a longer pause it runs with the feet's activity, so that it all but stands
     still while the character stands and the first step after a stop has a step's worth of phase.
     positions (frames, 21, 3), contacts (frames, 4)."""
+    from scipy.ndimage import gaussian_filter1d  # the live loop imports this file and labels no phase
     feet = np.linalg.norm(np.gradient(positions[:, CONTACT_JOINTS], 1 / FPS, axis=0), axis=-1).mean(axis=1)
     activity = gaussian_filter1d(feet, 0.1 * FPS) + 0.01
     walking_rate = activity / WALK_ACTIVITY * (2 * np.pi / CYCLE_SECONDS / FPS)
@@ -60,13 +61,13 @@ def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
 
 def label_gait(velocity: np.ndarray, turn_rate: np.ndarray) -> np.ndarray:
     """Gait weights (frames, 3) for stand, walk and run that sum to 1, from root velocity (frames, 2) m/s and turn rate rad/s."""
-    speed = np.linalg.norm(velocity, axis=-1)
+    speed = rot.length(velocity)[..., 0]
     moving = _ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_SPEED)
-    running = _ramp(speed, *RUN_SPEED)
-    gait = np.stack([1 - moving, moving * (1 - running), moving * running], axis=-1)
-    assert gait.shape[-1] == len(GAITS)
+    running = moving * _ramp(speed, *RUN_SPEED)
+    gait = np.empty((*speed.shape, len(GAITS)))
+    gait[..., 0], gait[..., 1], gait[..., 2] = 1 - moving, moving - running, running
     return gait
 
 
 def _ramp(value: np.ndarray, low: float, high: float) -> np.ndarray:
-    return np.clip((value - low) / (high - low), 0.0, 1.0)
+    return np.minimum(np.maximum((value - low) / (high - low), 0.0), 1.0)  # on few numbers much quicker than np.clip

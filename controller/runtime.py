@@ -1,14 +1,15 @@
 """The controller at run time: one frame from the player's command to a neutral pose."""
 
 import copy
+import math
 
 import numpy as np
-import torch
 
 from controller import weights
 from controller.idle import Idle
-from controller.layout import GAITS, INPUT, INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE
+from controller.layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.network import PhaseFunctionedNetwork
+from controller.phase_table import PhaseTable
 from controller.trajectory import Trajectory
 from sim import rotations as rot
 from sim.command import Command
@@ -21,12 +22,10 @@ class PhaseFunctionedController:
     """Neutral motion from commands, one 60 Hz frame a call (Holden et al. 2017)."""
 
     def __init__(self, network: PhaseFunctionedNetwork) -> None:
-        self.network = network
+        self.network = PhaseTable(network)
         self.trajectory = Trajectory()
         self.phase = 0.0
-        standing = network.standing.numpy().astype(float)
-        self.body = {name: standing[where.start - POSE.start:where.stop - POSE.start].reshape(INPUT[name])
-                     for name, where in INPUT_SLICES.items() if where.start >= POSE.start}
+        self.body = network.standing.numpy()  # (POSE_SIZE,) positions and velocities of the last answer
         self.idle = Idle(network.idle.numpy().astype(float))
         for _ in range(SETTLE_FRAMES):
             self.step(Command())
@@ -47,29 +46,29 @@ class PhaseFunctionedController:
         """The next neutral pose: wish, network, then root and phase follow the answer."""
         answer = self._ask(self.trajectory.samples(command))
         self.trajectory.follow(answer["root"], answer["future_positions"], answer["future_directions"])
-        self.phase = float((self.phase + max(answer["phase"][0], 0.0)) % (2 * np.pi))
-        self.body = answer
+        self.phase = (self.phase + max(float(answer["phase"][0]), 0.0)) % (2 * math.pi)
         return self._pose(answer)
 
     def _ask(self, samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The network's answer by name, from the trajectory's samples and the body of the last frame."""
-        x = np.empty((1, INPUT_SIZE), np.float32)
-        for name, where in INPUT_SLICES.items():
-            x[0, where] = (samples if name in samples else self.body)[name].ravel()
-        with torch.inference_mode():
-            y = self.network(torch.from_numpy(x), torch.tensor([self.phase]))[0].numpy().astype(float)
+        x = np.empty(INPUT_SIZE, np.float32)
+        for name, values in samples.items():
+            x[INPUT_SLICES[name]] = values.ravel()
+        x[POSE] = self.body
+        y = self.network(x, self.phase)
+        self.body = y[:POSE_SIZE]
+        y = y.astype(float)
         return {name: y[where].reshape(OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
 
     def _pose(self, answer: dict[str, np.ndarray]) -> Pose:
         """The answer, given in the root frame, with the idle laid on it and placed in the world."""
-        rotations, shift = self.idle.step(self.trajectory.past_gaits[-1, GAITS.index("stand")],
-                                          rot.from_6d(answer["rotations"]))
+        rotations, shift = self.idle.step(self.trajectory.standing, rot.from_6d(answer["rotations"]))
         x, z = self.trajectory.position
         root = np.array([x, 0.0, z])
         to_world = rot.from_yaw(self.trajectory.facing)
         return Pose(
             root_position=root,
-            root_facing=float(rot.wrap_angle(self.trajectory.facing)),
+            root_facing=rot.wrap_angle(self.trajectory.facing),
             hips=root + rot.rotate(to_world, answer["positions"][0] + shift),
             rotations=rot.multiply(to_world, rotations),
             contacts=1 / (1 + np.exp(-answer["contacts"])),

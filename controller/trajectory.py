@@ -1,13 +1,15 @@
 """The trajectory: where the root was, is, and should be, from the stick's wish and the network's own expectation."""
 
+import math
+
 import numpy as np
 
-from controller.layout import FUTURE, OFFSETS, SAMPLE_STEP
+from controller.layout import FUTURE, GAITS, OFFSETS, SAMPLE_STEP
 from controller.phase import TURN_RADIUS, label_gait
 from sim import rotations as rot
 from sim.clip import FPS
 from sim.command import Command
-from sim.springs import decay, spring_step, spring_travel
+from sim.springs import decay, response, spring_step, spring_travel
 
 DT = 1 / FPS
 VELOCITY_HALFLIFE = 0.14  # seconds
@@ -20,6 +22,15 @@ STANDING_HALFLIFE = 0.2  # seconds in which a standing character's simulated bod
 POSITION_BIAS, FACING_BIAS = 2.0, 3.0
 _PAST = -OFFSETS[0]  # frames of history
 _AHEAD = np.array(FUTURE) * DT  # seconds
+_NOW_AND_AHEAD = np.append(0.0, _AHEAD)
+_TOWARD_POSITION, _TOWARD_FACING = (1 - (1 - _AHEAD) ** bias for bias in (POSITION_BIAS, FACING_BIAS))
+# Springs as matrices (sim.springs.response): a frame's step of both, then the future they lead to.
+_STEP_MOVE = np.concatenate([response(spring_travel, VELOCITY_HALFLIFE, DT), response(spring_step, VELOCITY_HALFLIFE, DT)])
+_STEP_TURN = response(spring_step, FACING_HALFLIFE, DT)
+_FUTURE_MOVES = np.concatenate([response(spring_travel, VELOCITY_HALFLIFE, _AHEAD),
+                         response(spring_step, VELOCITY_HALFLIFE, _NOW_AND_AHEAD)[:len(_NOW_AND_AHEAD)]])
+_FUTURE_TURNS = response(spring_step, FACING_HALFLIFE, _NOW_AND_AHEAD)
+_PLACE, _FACING, _GAIT = slice(0, 2), 2, slice(3, 3 + len(GAITS))  # columns of a root's row: x, z, yaw, gait weights
 
 
 class Trajectory:
@@ -29,79 +40,92 @@ class Trajectory:
 
     def __init__(self) -> None:
         self.position, self.facing = np.zeros(2), 0.0
-        self.past_positions = np.zeros((_PAST + 1, 2))  # oldest first, the present last
-        self.past_facings = np.zeros(_PAST + 1)
-        self.past_gaits = np.tile(label_gait(np.zeros(2), np.zeros(())), (_PAST + 1, 1))
+        self.past = np.zeros((_PAST + 1, _GAIT.stop))  # rows of the root, oldest first, the present last
+        self.past[:, _GAIT] = label_gait(np.zeros(2), np.zeros(()))
         self.expected_positions, self.expected_facings = np.zeros((len(FUTURE), 2)), np.zeros(len(FUTURE))
         self.wished_positions = np.zeros((len(FUTURE), 2))  # the last wish: what the stick asks, by springs alone
-        self.simulated, self.velocity, self.acceleration = np.zeros(2), np.zeros(2), np.zeros(2)
-        self.simulated_facing, self.turn_rate = 0.0, 0.0
+        self.simulated = np.zeros(2)
+        self._moving = np.zeros((3, 2))  # of the simulated body: velocity, acceleration, wanted velocity
+        self._turning = np.zeros(3)  # the same of its turning: facing, turn rate, wanted facing
+        self.gait = self.past[-1, _GAIT].copy()  # of the simulated body now
+
+    @property
+    def past_positions(self) -> np.ndarray:
+        """(61, 2) of the root, a frame each, the present last."""
+        return self.past[:, _PLACE]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """(2,) of the simulated body, metres a second."""
+        return self._moving[0]
+
+    @property
+    def standing(self) -> float:
+        """0..1, by the gait of the newest frame."""
+        return float(self.past[-1, _GAIT.start + GAITS.index("stand")])
 
     def samples(self, command: Command) -> dict[str, np.ndarray]:
         """Moves the simulated body by a frame; the network's trajectory input (layout.INPUT) in the root frame."""
-        wish_positions, wish_facings, wish_gaits = self._wish(command)
-        self.wished_positions = wish_positions
-        toward_wish = {bias: 1 - (1 - _AHEAD) ** bias for bias in (POSITION_BIAS, FACING_BIAS)}
-        positions = _blend(self.expected_positions, wish_positions, toward_wish[POSITION_BIAS][:, None])
-        facings = _blend(self.expected_facings, wish_facings, toward_wish[FACING_BIAS])
-        positions = np.concatenate([self.past_positions[::SAMPLE_STEP], positions])
-        angles = np.concatenate([self.past_facings[::SAMPLE_STEP], facings]) - self.facing
+        self.wished_positions, wished_facings, wished_gaits = self._wish(command)
+        rows = np.empty((len(OFFSETS), _GAIT.stop))
+        past, future = rows[:-len(FUTURE)], rows[-len(FUTURE):]
+        past[:] = self.past[::SAMPLE_STEP]
+        future[:, _PLACE] = _blend(self.expected_positions, self.wished_positions, _TOWARD_POSITION[:, None])
+        future[:, _FACING] = _blend(self.expected_facings, wished_facings, _TOWARD_FACING)
+        future[:, _GAIT] = wished_gaits
+        angles = rows[:, _FACING] - self.facing
+        directions = np.empty((len(OFFSETS), 2))
+        directions[:, 0], directions[:, 1] = np.sin(angles), np.cos(angles)
         return {
-            "trajectory_positions": _turn(positions - self.position, -self.facing),
-            "trajectory_directions": np.stack([np.sin(angles), np.cos(angles)], axis=-1),
-            "trajectory_gaits": np.concatenate([self.past_gaits[::SAMPLE_STEP], wish_gaits]),
+            "trajectory_positions": _turn(rows[:, _PLACE] - self.position, -self.facing),
+            "trajectory_directions": directions,
+            "trajectory_gaits": rows[:, _GAIT],
         }
 
     def follow(self, step: np.ndarray, future_positions: np.ndarray, future_directions: np.ndarray) -> None:
         """Moves the root by the network's step (sideways, forward, turn) and keeps what it expects from there."""
-        gait = label_gait(self.velocity, np.asarray(self.turn_rate))
         # Where the player and the network's own step both say stand, the root stays: a network never answers quite zero.
-        pace = FPS * max(np.linalg.norm(step[:2]), abs(step[2]) * TURN_RADIUS)
-        step = step * (1 - gait[0] * np.clip((CREEP[1] - pace) / (CREEP[1] - CREEP[0]), 0, 1))
+        pace = FPS * max(math.hypot(step[0], step[1]), abs(step[2]) * TURN_RADIUS)
+        step = step * (1 - self.gait[0] * min(max((CREEP[1] - pace) / (CREEP[1] - CREEP[0]), 0.0), 1.0))
         self.position = self.position + _turn(step[:2], self.facing)
-        self.facing += step[2]
+        self.facing += float(step[2])
         self.expected_positions = self.position + _turn(future_positions, self.facing)
         self.expected_facings = self.facing + rot.yaw_of(future_directions)
-        for past, now in ((self.past_positions, self.position), (self.past_facings, self.facing), (self.past_gaits, gait)):
-            past[:-1] = past[1:]
-            past[-1] = now
+        self.past[:-1] = self.past[1:]
+        self.past[-1, _PLACE], self.past[-1, _FACING], self.past[-1, _GAIT] = self.position, self.facing, self.gait
         self._hold_leash()
 
     def _wish(self, command: Command) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The simulated body's future: positions (5, 2), facings (5,), gaits (5, 3)."""
-        target, wanted = command.desired_velocity, self._wanted_facing(command)
-        self.simulated = self.simulated + spring_travel(self.velocity, self.acceleration, target, VELOCITY_HALFLIFE, DT)
-        self.velocity, self.acceleration = spring_step(self.velocity, self.acceleration, target, VELOCITY_HALFLIFE, DT)
-        self.simulated_facing, self.turn_rate = spring_step(
-            self.simulated_facing, self.turn_rate, wanted, FACING_HALFLIFE, DT)
-        ahead = _AHEAD[:, None]
-        travel = spring_travel(self.velocity, self.acceleration, target, VELOCITY_HALFLIFE, ahead)
-        velocity, _ = spring_step(self.velocity, self.acceleration, target, VELOCITY_HALFLIFE, ahead)
-        facing, turn_rate = spring_step(self.simulated_facing, self.turn_rate, wanted, FACING_HALFLIFE, _AHEAD)
-        return self.simulated + travel, facing, label_gait(velocity, turn_rate)
+        self._moving[2] = command.desired_velocity
+        step = _STEP_MOVE @ self._moving
+        self.simulated = self.simulated + step[0]
+        self._moving[:2] = step[1:]
+        self._turning[2] = self._wanted_facing(command)
+        self._turning[:2] = _STEP_TURN @ self._turning
+        moves, turns = _FUTURE_MOVES @ self._moving, (_FUTURE_TURNS @ self._turning).reshape(2, -1)
+        gaits = label_gait(moves[len(FUTURE):], turns[1])
+        self.gait = gaits[0]
+        return self.simulated + moves[:len(FUTURE)], turns[0, 1:], gaits[1:]
 
     def _wanted_facing(self, command: Command) -> float:
         """The yaw asked for, by the way from the simulated facing that is shorter; without a wish, the present one."""
-        direction = np.array(command.move if command.face is None else command.face)
-        if np.linalg.norm(direction) < 1e-3:
-            return self.simulated_facing
-        return self.simulated_facing + float(rot.wrap_angle(rot.yaw_of(direction) - self.simulated_facing))
+        x, z = command.move if command.face is None else command.face
+        facing = float(self._turning[0])
+        return facing + (rot.wrap_angle(math.atan2(x, z) - facing) if math.hypot(x, z) >= 1e-3 else 0.0)
 
     def _hold_leash(self) -> None:
         """The simulated body waits where the character cannot keep up with it, and comes back to it once it stands."""
-        lead = self.simulated - self.position
-        standing = self.past_gaits[-1, 0]
-        lead *= 1 - standing * (1 - decay(STANDING_HALFLIFE, DT))
-        self.simulated = self.position + lead * min(1.0, LEASH / max(np.linalg.norm(lead), 1e-9))
-        turn = self.simulated_facing - self.facing
-        self.simulated_facing = self.facing + float(np.clip(turn, -FACING_LEASH, FACING_LEASH))
+        lead = (self.simulated - self.position) * (1 - self.standing * (1 - decay(STANDING_HALFLIFE, DT)))
+        self.simulated = self.position + lead * min(1.0, LEASH / max(math.hypot(*lead), 1e-9))
+        turn = float(self._turning[0]) - self.facing
+        self._turning[0] = self.facing + min(max(turn, -FACING_LEASH), FACING_LEASH)
 
 
 def _turn(vectors: np.ndarray, yaw: float) -> np.ndarray:
     """Ground vectors (..., 2) as x, z turned about the vertical."""
-    sine, cosine = np.sin(yaw), np.cos(yaw)
-    x, z = vectors[..., 0], vectors[..., 1]
-    return np.stack([cosine * x + sine * z, cosine * z - sine * x], axis=-1)
+    sine, cosine = math.sin(yaw), math.cos(yaw)
+    return vectors @ np.array([[cosine, -sine], [sine, cosine]])
 
 
 def _blend(a: np.ndarray, b: np.ndarray, share: np.ndarray) -> np.ndarray:

@@ -125,7 +125,7 @@ def yaw_of(direction: np.ndarray) -> np.ndarray:
 
 def wrap_angle(angle):
     """The same angle in -pi .. pi."""
-    return (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def to_6d(q: np.ndarray) -> np.ndarray:

@@ -1,13 +1,15 @@
 """Exact springs by half-life: what is left after the half-life is half of what was, whatever the frame rate."""
 
+import math
+
 import numpy as np
 
-LN2 = float(np.log(2.0))
+LN2 = math.log(2.0)
 
 
 def decay(halflife: float, dt: float) -> float:
     """The share of a difference that is left after dt seconds, both in seconds."""
-    return float(np.exp(-LN2 * dt / max(halflife, 1e-6)))
+    return math.exp(-LN2 * dt / max(halflife, 1e-6))
 
 
 def _stiffness(halflife: float) -> float:
@@ -31,3 +33,10 @@ def spring_travel(v, a, target, halflife: float, dt):
     j1 = a + j0 * y
     e = np.exp(-y * dt)
     return e * (-j1 / y**2 - (j0 + j1 * dt) / y) + j1 / y**2 + j0 / y + target * dt
+
+
+def response(spring, halflife: float, times) -> np.ndarray:
+    """A spring as a matrix (..., 3): what it gives at `times` is this times (where, how fast, target), for it is linear in them.
+
+    spring: spring_step, whose positions come before its velocities, or spring_travel."""
+    return np.stack([np.concatenate(np.atleast_2d(spring(*unit, halflife, times))) for unit in np.eye(3)], axis=-1)
