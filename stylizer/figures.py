@@ -71,10 +71,10 @@ class Further:
             target = max(self.styled, key=lambda take, index=index: self._gap(take)[index])
             source = self._neutral_like(target)
             content = source.clip[:LONGEST]
-            outputs = {"offline": stylize(self.model, content, {part: Look(self.style(target))}),
-                       "live": self._live(content, source, target, lambda _, part=part: (part,)).locked}
-            for mode, output in outputs.items():
-                moved = measures.displacement(output.positions()[SETTLED:], content.positions()[SETTLED:])
+            pairs = {"offline": (stylize(self.model, content, {part: Look(self.style(target))}), content),
+                     "live": [self._live(content, source, target, lambda _, worn=worn: worn).locked for worn in ((part,), ())]}
+            for mode, (output, unstyled) in pairs.items():
+                moved = measures.displacement(output.positions()[SETTLED:], unstyled.positions()[SETTLED:])
                 result[mode][part] = {"style": target.style, **measures.by_part(moved)}
         return result
 
