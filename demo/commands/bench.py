@@ -2,95 +2,77 @@
 
 import argparse
 import json
-import sys
-import time
-from dataclasses import replace
-from itertools import cycle, islice
 from pathlib import Path
 
-HELP = "measure the time of every stage of a frame on this machine"
-EXAMPLE = "patchwalk bench --seconds 20 --json bench.json"
-CROWDS = (1, 4, 16, 64)
+HELP = "measure the time of every stage of a frame on this machine, beside the paper's networks and the machine's own speed"
+EXAMPLE = """patchwalk bench --seconds 20 --json bench.json --plot bench.png
+  patchwalk bench --seconds 600        ten minutes: also whether memory grows and the last minute is as quick as the first
+
+Everything is measured in one process, on one thread, in turns: a stretch of frames, the paper's full network, its slim
+one, the machine's matrix products and memory, and again; so what else runs on the machine slows all of them, and ratios
+hold. Two seconds of frames, and two windows of each network, are left out as warm-up. Times are medians and percentiles
+of all that was measured; nothing is thrown away. The load and how often the system took the processor away stand
+beside them: take times, not ratios, from a machine with a load under 1.5. The paper's networks have untrained weights,
+which cost the same. The shipped network is asked in every second frame: its time is the mean of every two frames."""
+COMPARED = {"full": "full network", "paper_slim": "paper's slim", "shipped": "shipped"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", type=Path, metavar="OUT.json", help="write the figures as JSON")
+    parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw them")
     parser.add_argument("--characters", type=_positive(int), default=1, metavar="N",
-                        help="characters stepped in every frame (default: 1)")
+                        help="characters stepped in every frame (default: 1); crowds of 1, 4, 16 and 64 are always timed")
     parser.add_argument("--seconds", type=_positive(float), default=10.0, metavar="S",
                         help="seconds of motion (default: 10)")
 
 
 def run(args: argparse.Namespace) -> int:
-    from demo import export
+    from demo import STARTED, export
     from sim.atomic import replacing
-    if args.json:
-        export.check_outputs({"json": args.json})
-    report = measure(args.characters, args.seconds)
+    export.check_outputs({kind: path for kind in ("json", "plot") if (path := getattr(args, kind))})
+    from demo import bench
+    report = bench.measure(args.characters, args.seconds, STARTED)
     print_table(report)
     if args.json:
         with replacing(args.json) as temporary:
             temporary.write_text(json.dumps(report, indent=2) + "\n")
         print(f"wrote {args.json}")
+    if args.plot:
+        from demo import bench_plots
+        bench_plots.save(report, args.plot)
+        print(f"wrote {args.plot}")
     return 0
-
-
-def measure(characters: int, seconds: float) -> dict:
-    """The bench report of DESIGN.md, Sec. 4. What this version cannot measure yet is null: the full and the paper's
-    slim network, their ratios, crowds of another size than the one asked for."""
-    from demo import STARTED, assemble
-    from sim import recording
-    from sim.clip import FPS
-    from sim.latency import Latency
-    from sim.skeleton import PART_NAMES
-    latency = Latency()
-    sessions = [assemble.build_session(latency=latency) for _ in range(characters)]
-    startup_s = time.perf_counter() - STARTED
-    first_frame_s, start = None, time.perf_counter()
-    frames = max(1, round(seconds * FPS))
-    dressed = dict.fromkeys(PART_NAMES, (sessions[0].stylizer.styles[0], 1.0))  # an unstyled frame skips the network
-    for command in islice(cycle(recording.read(assemble.BUNDLED_RECORDING)), frames):
-        command = replace(command, style={**dressed, **command.style})
-        for session in sessions:
-            session.step(command)
-        first_frame_s = first_frame_s or time.perf_counter() - STARTED
-    elapsed = time.perf_counter() - start
-    report = latency.report(startup_s=startup_s, **assemble.machine())
-    shipped = {name: report["stylizer"][f"{name}_ms"] for name in ("p50", "p95", "p99")}
-    crowd = {str(size): None for size in sorted({*CROWDS, characters})}
-    return {**report,
-            "stylizer_ms": {"full": None, "paper_slim": None, "shipped": shipped},
-            "ratio": {"full_over_shipped": None, "paper_slim_over_shipped": None},
-            "characters": crowd | {str(characters): round(1e3 * elapsed / (frames * characters), 4)},
-            "rss_mb": peak_memory_mb(),
-            "first_frame_s": round(first_frame_s, 3)}
 
 
 def print_table(report: dict) -> None:
     """The figures a person wants to see."""
     from sim.latency import STAGES
-    machine = report["machine"]
+    machine, ratio, noise = report["machine"], report["ratio"], report["noise"]
     print(f"{machine['cpu']}, {machine['threads']} of {machine['cores']} cores, torch {machine['torch']}")
-    print(f"{'ms':<12}{'p50':>9}{'p95':>9}{'p99':>9}{'max':>9}")
+    print(f"{'ms':<14}{'p50':>9}{'p95':>9}{'p99':>9}{'max':>9}")
     for stage in STAGES:
         if stage in report:
-            print(f"{stage:<12}" + "".join(f"{milliseconds:9.3f}" for milliseconds in report[stage].values()))
+            print(f"{stage:<14}" + "".join(f"{milliseconds:9.3f}" for milliseconds in report[stage].values()))
+    for name, text in COMPARED.items():
+        print(f"{text:<14}" + "".join(f"{milliseconds:9.3f}" for milliseconds in report["stylizer_ms"][name].values()))
+    print(f"full / shipped {ratio['full_over_shipped']:.1f}, paper's slim / shipped {ratio['paper_slim_over_shipped']:.1f}")
     print(f"{report['missed_60hz']} of {report['frames']} frames over 16.67 ms; "
           f"first frame after {report['first_frame_s']:.2f} s; peak memory {report['rss_mb']} MB")
     for size, milliseconds in report["characters"].items():
-        if milliseconds is not None:
-            print(f"{size} character{'s' if size != '1' else ''}: {milliseconds:.3f} ms each")
-    print("Not measured by this version, null in the JSON: the full network, the paper's slim one, other crowds.")
-
-
-def peak_memory_mb() -> float | None:
-    """The most memory this process has held, in megabytes; None on Windows, which Python's library does not ask."""
-    try:
-        import resource
-    except ImportError:
-        return None
-    unit = 1 if sys.platform == "darwin" else 1024  # getrusage counts bytes there, kilobytes elsewhere
-    return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6, 1)
+        print(f"{size} character{'s' if size != '1' else ''}: {milliseconds:.3f} ms each")
+    print(f"one of 64 / a lone one {ratio['one_of_64_over_lone']:.2f}")
+    speed, bound = report["machine_speed"], report["bound"]
+    print("matrix products, GFLOP/s: " + ", ".join(f"{shape} {value}" for shape, value in speed["sgemm_gflops"].items())
+          + f"; memory {speed['read_gb_s']} GB/s")
+    if bound:
+        print(f"shipped network: {bound['mflop']} MFLOP a frame, {bound['weights_mb']} MB of weights: at least "
+              f"{bound['arithmetic_ms']:.3f} ms of arithmetic, {bound['memory_ms']:.3f} ms of memory; the stylizer takes "
+              f"{bound['shipped_over_bound']:.1f} times that")
+    collector, steady = report["collector"], report["steady"]
+    print(f"collector: {collector['pauses']} pauses, longest {collector['longest_ms']} ms; "
+          f"load {noise['load']}, preempted {noise['preempted']} times")
+    if steady:
+        print(f"p99 of the last minute / the first {steady['ratio']:.2f}; memory grew by {steady['growth_mb']} MB in between")
 
 
 def _positive(kind: type):

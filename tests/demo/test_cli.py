@@ -68,6 +68,7 @@ MISTAKES = {
     "bench --seconds 0": "above 0",
     "bench --characters many": "above 0",
     "bench --json nowhere/out.json": "there is no folder nowhere",
+    "bench --plot nowhere/out.png": "there is no folder nowhere",
     "train dancer": "invalid choice: 'dancer'",
     "train controller --data nowhere": "there is no folder nowhere",
     "train controller --data a_folder": "holds no BVH files",
@@ -128,12 +129,18 @@ def no_video(path) -> None:
 
 def test_bench_reports_every_field(folder, fake_models, monkeypatch, capsys):
     monkeypatch.setattr(assemble, "BUNDLED_RECORDING", folder / "good.jsonl")
-    assert cli.main("bench --seconds 1 --characters 2 --json bench.json".split()) == 0
+    monkeypatch.setattr("demo.bench.TURNS", 2)
+    assert cli.main("bench --seconds 1 --characters 2 --json bench.json --plot bench.png".split()) == 0
     report = json.loads(Path("bench.json").read_text())
-    assert report["frames"] == 120 and report["frame"]["p50_ms"] > 0
-    assert set(report) >= {"machine", "stylizer_ms", "ratio", "characters", "rss_mb", "first_frame_s", "first_frame_ms"}
-    assert report["stylizer_ms"]["shipped"]["p50"] > 0 and report["stylizer_ms"]["full"] is None
-    assert report["characters"]["2"] > 0 and report["characters"]["64"] is None
+    assert report["frames"] == 120 and report["frame"]["p50_ms"] > 0 and len(report["timeline"]) == 1
+    assert set(report) >= {"machine", "stylizer_ms", "ratio", "characters", "rss_mb", "first_frame_s", "first_frame_ms", "noise"}
+    times = report["stylizer_ms"]
+    assert times["full"]["p50"] > times["paper_slim"]["p50"] > times["shipped"]["p50"] > 0
+    assert report["ratio"]["full_over_shipped"] == pytest.approx(times["full"]["p50"] / times["shipped"]["p50"], rel=0.02)
+    assert set(report["characters"]) == {"1", "2", "4", "16", "64"} and min(report["characters"].values()) > 0
+    assert report["bound"] is None and report["steady"] is None  # the tests' stylizer has no network, and a second no minutes
+    assert report["machine_speed"]["read_gb_s"] > 0 and Path("bench.png").stat().st_size > 10_000
+    assert "one of 64" in capsys.readouterr().out
 
 
 def test_bundled_recording_is_sound():
