@@ -33,9 +33,8 @@ class PhaseTable:
 
     def __call__(self, x: np.ndarray, phase: float) -> np.ndarray:
         """x (INPUT_SIZE,) float32, phase in radians -> (OUTPUT_SIZE,)."""
-        place = phase * (self.entries / (2 * math.pi))
-        entry = int(place) % self.entries
-        share = np.array([[1 - place % 1], [place % 1]], np.float32)
+        entry, place = divmod(phase * (self.entries / (2 * math.pi)), 1)
+        entry, share = int(entry) % self.entries, np.array([[1 - place], [place]], np.float32)
         h = (x - self.mean) / self.deviation
         for i, (table, inputs) in enumerate(zip(self.layers, self._inputs)):
             inputs[:, :-1] = _elu(h) if i else h
@@ -63,4 +62,4 @@ def _tabulated(layer: torch.nn.Module, coefficients: np.ndarray) -> np.ndarray:
 
 
 def _elu(x: np.ndarray) -> np.ndarray:
-    return np.maximum(x, 0) + np.expm1(np.minimum(x, 0))
+    return np.maximum(x, np.expm1(np.minimum(x, 0)))

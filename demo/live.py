@@ -1,5 +1,6 @@
 """The live loop: devices, session, renderer, at 60 simulated frames a second whatever the picture costs."""
 
+import gc
 import time
 import warnings
 from dataclasses import dataclass
@@ -113,6 +114,8 @@ class Live:
         last = None if seconds is None else round(seconds * FPS)
         self.step()
         self.draw()  # the first picture is slow: drivers finish compiling with it, so the clock starts after
+        gc.collect()
+        gc.freeze()  # what the window is made of is here to stay: the collector need not walk it between two pictures
         due_at = self.clock() + FRAME_SECONDS
         while not self.leaving and (last is None or self.frames < last):
             events = pygame.event.get()
