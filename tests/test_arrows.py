@@ -11,7 +11,7 @@ MAY_IMPORT = {  # room: what it may import besides itself and Python's library
     "sim": {"numpy", "scipy"},
     "controller": {"sim", "numpy", "scipy", "torch", "safetensors", "tqdm", "matplotlib"},
     "stylizer": {"sim", "numpy", "scipy", "torch", "safetensors", "tqdm", "matplotlib"},
-    "demo": {"sim", "controller", "stylizer", "numpy", "scipy", "torch", "tqdm", "pygame", "OpenGL", "PIL",
+    "demo": {"sim", "controller", "stylizer", "numpy", "scipy", "torch", "tqdm", "matplotlib", "pygame", "OpenGL", "PIL",
              "imageio_ffmpeg"},
 }
 FILES = [(room, path) for room in MAY_IMPORT for path in sorted((ROOT / room).rglob("*.py"))]
