@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from controller.layout import FUTURE, INPUT_SIZE, INPUT_SLICES, OFFSETS, OUTPUT_SIZE, OUTPUT_SLICES
+from controller.loops import loops
 from controller.phase import label_gait, label_phase
 from sim import rotations as rot
 from sim.clip import FPS, Clip, root_frame
@@ -29,8 +30,10 @@ MINIMUM_SECONDS = 0.7
 # At which pace and with strides how much longer a clip is learned, by kind of movement: captured strafing and backing is
 # leisurely and captured running all but a sprint, while the stick asks for every speed in between.
 PACES = {"forward walk": ((1.0, 1.0), (1.3, 1.0)), "strafing and backing": ((1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
-         "run": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0)), "stand": ((1.0, 1.0),)}
-FASTEST = {"forward walk": 2.4, "strafing and backing": 1.9, "run": math.inf, "stand": math.inf}  # metres a second made so
+         "run": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0)), "loop": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0), (1.1, 1.15)),
+         "stand": ((1.0, 1.0),)}
+# How fast, in metres a second, a quicker clip may become.
+FASTEST = {"forward walk": 2.4, "strafing and backing": 1.9, "run": math.inf, "loop": 4.5, "stand": math.inf}
 MOVING = 0.3  # metres a second over which a frame counts as movement
 PLANTED_TOE = (-0.015, 0.06)  # metres: where a planted toe's mean height must lie, or the clip's feet cannot be trusted
 
@@ -133,10 +136,10 @@ def _load(path: Path) -> list[tuple[str, tuple]] | str:
         clip = load_neutral(path)
     except (ValueError, OSError) as error:
         return str(error)
-    kind, speed = kind_of(clip), typical_speed(clip)
-    clip = planted(clip)
-    paced = [strided(clip, stride).paced(pace) for pace, stride in PACES[kind]
-             if pace * stride <= 1 or pace * stride * speed < FASTEST[kind]]
+    kind = kind_of(clip)
+    sources = [(kind, planted(clip)), *(("loop", planted(loop)) for loop in (loops(clip) if kind == "run" else ()))]
+    paced = [strided(source, stride).paced(pace) for kind, source in sources for pace, stride in PACES[kind]
+             if pace * stride <= 1 or pace * stride * typical_speed(source) < FASTEST[kind]]
     return [(path.stem, frames_of(side)) for one in paced for side in (one, one.mirrored())]
 
 

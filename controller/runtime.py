@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from controller import weights
+from controller.footing import Footing
 from controller.idle import Idle
 from controller.layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.network import PhaseFunctionedNetwork
@@ -23,7 +24,7 @@ class PhaseFunctionedController:
 
     def __init__(self, network: PhaseFunctionedNetwork) -> None:
         self.network = PhaseTable(network)
-        self.trajectory = Trajectory()
+        self.trajectory, self.footing = Trajectory(), Footing()
         self.phase = 0.0
         self.body = network.standing.numpy()  # (POSE_SIZE,) positions and velocities of the last answer
         self.idle = Idle(network.idle.numpy().astype(float))
@@ -34,7 +35,7 @@ class PhaseFunctionedController:
 
     def restart(self) -> None:
         """Back to standing, settled, at the start point, as when it was made."""
-        self.trajectory = Trajectory()
+        self.trajectory, self.footing = Trajectory(), Footing()
         self.phase, self.body, self.idle = copy.deepcopy(self._settled)
 
     @classmethod
@@ -45,7 +46,8 @@ class PhaseFunctionedController:
     def step(self, command: Command) -> Pose:
         """The next neutral pose: wish, network, then root and phase follow the answer."""
         answer = self._ask(self.trajectory.samples(command))
-        self.trajectory.follow(answer["root"], answer["future_positions"], answer["future_directions"])
+        root = self.footing.step(answer["root"], answer["positions"], answer["contacts"])
+        self.trajectory.follow(root, answer["future_positions"], answer["future_directions"])
         self.phase = (self.phase + max(float(answer["phase"][0]), 0.0)) % (2 * math.pi)
         return self._pose(answer)
 
@@ -58,7 +60,9 @@ class PhaseFunctionedController:
         y = self.network(x, self.phase)
         self.body = y[:POSE_SIZE]
         y = y.astype(float)
-        return {name: y[where].reshape(OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
+        answer = {name: y[where].reshape(OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
+        answer["contacts"] = 1 / (1 + np.exp(-answer["contacts"]))
+        return answer
 
     def _pose(self, answer: dict[str, np.ndarray]) -> Pose:
         """The answer, given in the root frame, with the idle laid on it and placed in the world."""
@@ -71,6 +75,6 @@ class PhaseFunctionedController:
             root_facing=rot.wrap_angle(self.trajectory.facing),
             hips=root + rot.rotate(to_world, answer["positions"][0] + shift),
             rotations=rot.multiply(to_world, rotations),
-            contacts=1 / (1 + np.exp(-answer["contacts"])),
+            contacts=answer["contacts"],
             phase=self.phase,
         )

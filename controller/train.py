@@ -22,9 +22,10 @@ from sim.sources import credit
 
 BATCH = 2048  # frames an update, however long the rollouts
 LEARNING_RATE = 1e-3
-DECAY_FROM = 0.1  # share of the time after which the learning rate falls to nothing along a cosine
+DECAY_FROM = 0.1  # share of the time after which the learning rate falls along a cosine
+LAST_RATE = 0.4  # of it that is left at the end: what was trained on to nothing fitted the clips better and walked worse
 AVERAGE = 0.999  # of the weights, exponentially
-ROLLOUTS = ((0.0, 1), (0.1, 4), (0.3, 8), (0.6, 16))  # from which share of the time on, rollouts of how many frames
+ROLLOUTS = ((0.0, 1), (0.1, 4), (0.3, 8))  # from which share of the time on, rollouts of how many frames
 POSE_SCALE = 0.3  # joint inputs are scaled down so that the trajectory matters (Holden et al. 2017 take 0.1)
 POSE_NOISE = 0.1  # standard deviations, on the pose a rollout starts from
 TRAJECTORY_NOISE = 0.02  # metres and direction units: the stick's wish is never quite a real future
@@ -91,7 +92,8 @@ class Trainer:
         """One step of the optimiser; progress 0..1 sets rollout length and learning rate. Returns the losses by name."""
         start = time.perf_counter()
         decay = max(0.0, (progress - DECAY_FROM) / (1 - DECAY_FROM))
-        self.optimizer.param_groups[0]["lr"] = LEARNING_RATE * 0.5 * (1 + math.cos(math.pi * min(decay, 1.0)))
+        self.optimizer.param_groups[0]["lr"] = LEARNING_RATE * (
+            LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + math.cos(math.pi * min(decay, 1.0))))
         length = [n for share, n in ROLLOUTS if progress >= share][-1]
         starts = self.split["train"].draw(self.random, length, BATCH // length)
         half = has_fast_bf16(self.device) and progress < HALF_PRECISION_UNTIL
@@ -108,13 +110,12 @@ class Trainer:
         return result
 
     def rollout(self, starts: np.ndarray, length: int, noise: bool, network=None) -> dict[str, torch.Tensor]:
-        """Losses over `length` frames from each start, the pose fed back, trajectory and phase from the data."""
+        """Losses over `length` frames from each start, pose and phase fed back as at run time, the trajectory from the data."""
         network = network or self.network
         total: dict[str, torch.Tensor] = {}
-        pose = None
+        pose, phase = None, self.phase[starts].to(self.device)
         for t in range(length):
-            x = self.inputs[starts + t].to(self.device)
-            phase, target = self.phase[starts + t].to(self.device), self.targets[starts + t].to(self.device)
+            x, target = self.inputs[starts + t].to(self.device), self.targets[starts + t].to(self.device)
             if pose is None:
                 before = truth_before = x[:, INPUT_SLICES["positions"]].view(-1, JOINT_COUNT, 3)
             if noise:
@@ -125,6 +126,7 @@ class Trainer:
                 x = torch.cat([x[:, :POSE.start], pose], dim=1)
             y = network(x, phase)
             pose = y[:, :POSE_SIZE]
+            phase = torch.remainder(phase + y[:, OUTPUT_SLICES["phase"]][:, 0], 2 * math.pi)
             joints, truth = self.skeleton(y), self.skeleton(target)
             losses = self.losses(y, target)
             losses["skeleton"] = (joints - truth).abs().mean()

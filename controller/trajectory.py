@@ -12,11 +12,11 @@ from sim.command import Command
 from sim.springs import decay, response, spring_step, spring_travel
 
 DT = 1 / FPS
-VELOCITY_HALFLIFE = 0.14  # seconds
+VELOCITY_HALFLIFE, STOP_HALFLIFE = 0.14, 0.12  # seconds, while the stick asks for movement and when it is let go
 FACING_HALFLIFE = 0.16  # seconds
 LEASH = 0.15  # metres that the simulated body may be ahead of the character
 FACING_LEASH = np.pi / 2
-CREEP = (0.05, 0.2)  # metres a second of the network's step under which a standing root stays, over which it goes
+CREEP = (0.1, 0.35)  # metres a second of the network's step under which a standing root stays, over which it goes
 STANDING_HALFLIFE = 0.2  # seconds in which a standing character's simulated body gives up half of its lead
 # tau of the blend 1 - (1 - u)^tau, u seconds ahead, from the network's own future to the wish (Holden et al. 2017)
 POSITION_BIAS, FACING_BIAS = 2.0, 3.0
@@ -25,10 +25,12 @@ _AHEAD = np.array(FUTURE) * DT  # seconds
 _NOW_AND_AHEAD = np.append(0.0, _AHEAD)
 _TOWARD_POSITION, _TOWARD_FACING = (1 - (1 - _AHEAD) ** bias for bias in (POSITION_BIAS, FACING_BIAS))
 # Springs as matrices (sim.springs.response): a frame's step of both, then the future they lead to.
-_STEP_MOVE = np.concatenate([response(spring_travel, VELOCITY_HALFLIFE, DT), response(spring_step, VELOCITY_HALFLIFE, DT)])
+_GOING, _STOPPING = ((
+    np.concatenate([response(spring_travel, halflife, DT), response(spring_step, halflife, DT)]),
+    np.concatenate([response(spring_travel, halflife, _AHEAD),
+                    response(spring_step, halflife, _NOW_AND_AHEAD)[:len(_NOW_AND_AHEAD)]]),
+) for halflife in (VELOCITY_HALFLIFE, STOP_HALFLIFE))
 _STEP_TURN = response(spring_step, FACING_HALFLIFE, DT)
-_FUTURE_MOVES = np.concatenate([response(spring_travel, VELOCITY_HALFLIFE, _AHEAD),
-                         response(spring_step, VELOCITY_HALFLIFE, _NOW_AND_AHEAD)[:len(_NOW_AND_AHEAD)]])
 _FUTURE_TURNS = response(spring_step, FACING_HALFLIFE, _NOW_AND_AHEAD)
 _PLACE, _FACING, _GAIT = slice(0, 2), 2, slice(3, 3 + len(GAITS))  # columns of a root's row: x, z, yaw, gait weights
 
@@ -98,12 +100,13 @@ class Trajectory:
     def _wish(self, command: Command) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The simulated body's future: positions (5, 2), facings (5,), gaits (5, 3)."""
         self._moving[2] = command.desired_velocity
-        step = _STEP_MOVE @ self._moving
+        step_move, future_moves = _GOING if self._moving[2].any() else _STOPPING
+        step = step_move @ self._moving
         self.simulated = self.simulated + step[0]
         self._moving[:2] = step[1:]
         self._turning[2] = self._wanted_facing(command)
         self._turning[:2] = _STEP_TURN @ self._turning
-        moves, turns = _FUTURE_MOVES @ self._moving, (_FUTURE_TURNS @ self._turning).reshape(2, -1)
+        moves, turns = future_moves @ self._moving, (_FUTURE_TURNS @ self._turning).reshape(2, -1)
         gaits = label_gait(moves[len(FUTURE):], turns[1])
         self.gait = gaits[0]
         return self.simulated + moves[:len(FUTURE)], turns[0, 1:], gaits[1:]

@@ -4,28 +4,32 @@ from dataclasses import replace
 
 import numpy as np
 
+from sim import rotations as rot
 from sim.clip import FPS
 from sim.limbs import KNEES_FORWARD, LEGS, height_missing, reach
 from sim.pose import Pose
-from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT
+from sim.skeleton import CONTACT_JOINTS, TOE_HEIGHT
 from sim.springs import decay, spring_step
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
-HEIGHT_HALFLIFE = 0.04  # seconds, for a foot's way to the floor
-HIPS_HALFLIFE = 0.15  # seconds, for the hips' height
+HEIGHT_HALFLIFE = 0.07  # seconds, for a foot's way to the floor
+HIPS_HALFLIFE = 0.15  # seconds, for the height of a styled body
+DROP_HALFLIFE = 0.1  # seconds, for hips that sink to let a leg reach
 CLEARANCE = 0.045  # metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower
 SWING_SPEEDS = (0.4, 1.2)  # metres a second over the floor between which a lifted foot counts as swinging
 STANCE_HALFLIFE = 0.8  # seconds over which a styled foot's place is told from its stride
-LIFTED, PLANTED = 0.3, 0.6  # contact under which a foot is free and over which it is held
+LIFTED, PLANTED = 0.2, 0.5  # contact under which a foot is free and over which it is held
+ROLLING, FLAT = 0.5, 0.8  # contact of both its joints under which a planted foot may roll and over which it lies flat
 STANDING_SECONDS = 0.35  # that both feet have been planted before one that is out of place takes a settling step
 OUT_OF_PLACE = 0.06  # metres
 SETTLING_SECONDS, SETTLING_HEIGHT = 0.35, 0.03  # how long a settling step takes, and how high in metres
 LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
+LONGEST_TURN = 0.05  # metres that its toe is held back at most, about 20 degrees; past that a flat foot pivots
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
 REACH = 0.99  # share of the leg's length that is used
 
 UP_LEG, LEG, FOOT = LEGS
-LEG_LENGTH = float(np.linalg.norm(BONE_OFFSETS[LEG[0]]) + np.linalg.norm(BONE_OFFSETS[FOOT[0]]))
+TOE = CONTACT_JOINTS[1::2]
 DT = 1 / FPS
 
 
@@ -40,6 +44,7 @@ class FootLock:
         self.hips, self.hips_rate = 0.0, 0.0
         self.lift, self.lift_rate = 0.0, 0.0
         self.settling = _SettlingStep()
+        self.attitude = _Attitude()
         self.stance = np.zeros((2, 3))  # where the style puts each foot beside the neutral one, in the character's facing
 
     def step(self, styled: Pose, neutral: Pose) -> Pose:
@@ -48,11 +53,15 @@ class FootLock:
         clearance = self._clearance(styled, neutral)
         feet = styled.positions[CONTACT_JOINTS].reshape(2, 2, 3) + np.array([0.0, clearance, 0.0])
         feet += self._stride(styled, neutral)[:, None]
+        feet, turns = self.attitude.step(feet, contacts)
         neutral_low = neutral.positions[CONTACT_JOINTS, 1].reshape(2, 2).min(axis=1)
         correction = self._plant(feet, contacts, neutral_low + raised)
         targets = feet[:, 0] + correction
         drop = self._drop(styled.positions[UP_LEG] + np.array([0.0, clearance, 0.0]), targets)
-        body = styled.with_body(styled.hips + np.array([0.0, clearance - drop, 0.0]), styled.rotations)
+        rotations = styled.rotations.copy()
+        for joint in (FOOT, TOE):
+            rotations[joint] = rot.multiply(turns, rotations[joint])
+        body = styled.with_body(styled.hips + np.array([0.0, clearance - drop, 0.0]), rotations)
         return replace(reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.ravel())
 
     def _clearance(self, styled: Pose, neutral: Pose) -> float:
@@ -74,7 +83,7 @@ class FootLock:
         moved = feet - (feet if self.joints is None else self.joints)
         self.joints = feet
         bearing = contacts.argmax(axis=1)  # the joint that carries the weight: ankle or toe
-        planted = _smooth_step((contacts.max(axis=1, keepdims=True) - LIFTED) / (PLANTED - LIFTED))
+        planted = _planted(contacts.max(axis=1, keepdims=True))
         against = -moved[[0, 1], bearing] * np.array([1.0, 0.0, 1.0])
         held, held_rate = self.slip + against, against / DT
         free, free_rate = spring_step(self.slip, self.slip_rate, 0.0, RELEASE_HALFLIFE, DT)
@@ -96,8 +105,29 @@ class FootLock:
     def _drop(self, hips: np.ndarray, targets: np.ndarray) -> float:
         """How far the hips sink so that legs from (2, 3) reach ankles at (2, 3)."""
         wanted = float(np.clip(height_missing(hips, targets, REACH).max(), 0.0, LONGEST_DROP))
-        self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, HIPS_HALFLIFE, DT)
+        self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, DROP_HALFLIFE, DT)
         return self.hips
+
+
+class _Attitude:
+    """A foot whose ankle and toe are both planted does not turn on the floor; when one lifts, what was held back fades out."""
+
+    def __init__(self) -> None:
+        self.foot: np.ndarray | None = None  # (2, 3), from ankle to toe, as it came in the last frame
+        self.held, self.rate = np.zeros((2, 3)), np.zeros((2, 3))
+
+    def step(self, feet: np.ndarray, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Ankles and toes (2, 2, 3) with the toes put back, and the turn of each foot (2, 4) that does it."""
+        foot = feet[:, 1] - feet[:, 0]
+        against = (foot if self.foot is None else self.foot) - foot
+        self.foot = foot
+        free, free_rate = spring_step(self.held, self.rate, 0.0, RELEASE_HALFLIFE, DT)
+        flat = _smooth_step((contacts.min(axis=1, keepdims=True) - ROLLING) / (FLAT - ROLLING))
+        self.held, self.rate = free + (self.held + against - free) * flat, free_rate + (against / DT - free_rate) * flat
+        length = np.linalg.norm(self.held, axis=1, keepdims=True)
+        self.held *= np.minimum(1.0, LONGEST_TURN / np.maximum(length, 1e-9))
+        turns = rot.between(rot.normalize(foot), rot.normalize(foot + self.held))
+        return np.stack([feet[:, 0], feet[:, 0] + rot.rotate(turns, foot)], axis=1), turns
 
 
 class _SettlingStep:
@@ -116,6 +146,11 @@ class _SettlingStep:
             self.left[out.argmax()] = SETTLING_SECONDS
         raised = SETTLING_HEIGHT * np.sin(np.pi * self.left / SETTLING_SECONDS)
         return contacts * (self.left == 0)[:, None], raised
+
+
+def _planted(contacts: np.ndarray) -> np.ndarray:
+    """How firmly joints are held (...), 0..1, by their contacts (...)."""
+    return _smooth_step((contacts - LIFTED) / (PLANTED - LIFTED))
 
 
 def _smooth_step(t: np.ndarray) -> np.ndarray:

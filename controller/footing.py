@@ -1,0 +1,33 @@
+"""The root goes with the planted feet: what they slide in a frame, the root takes back in part."""
+
+import numpy as np
+
+from sim.clip import FPS
+from sim.skeleton import CONTACT_JOINTS
+from sim.springs import decay
+
+SHARE = 0.7  # of the slide that the root takes back; the foot lock sees to the rest
+HALFLIFE = 0.03  # seconds that the slide is smoothed over
+LIFTED, PLANTED = 0.4, 0.8  # contact under which a joint tells nothing of the floor and over which it tells all
+
+
+class Footing:
+    """A network's root and feet never agree quite; where a foot stands, the foot is right."""
+
+    def __init__(self) -> None:
+        self.feet: np.ndarray | None = None  # (4, 2) of the last frame, in its root frame
+        self.slide = np.zeros(2)
+
+    def step(self, root: np.ndarray, positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+        """The root's step (3,): sideways, forward, turn; with the slide taken back. positions (21, 3), contacts (4,)."""
+        feet = positions[CONTACT_JOINTS][:, [0, 2]]
+        sine, cosine = np.sin(root[2]), np.cos(root[2])
+        x, z = feet.T
+        now = np.stack([cosine * x + sine * z + root[0], cosine * z - sine * x + root[1]], axis=-1)
+        held = np.clip((contacts - LIFTED) / (PLANTED - LIFTED), 0.0, 1.0)
+        slide = np.zeros(2)
+        if self.feet is not None and held.any():
+            slide = held @ (now - self.feet) / held.sum() * held.max()
+        self.feet = feet
+        self.slide += (slide - self.slide) * (1 - decay(HALFLIFE, 1 / FPS))
+        return root - SHARE * np.append(self.slide, 0.0)
