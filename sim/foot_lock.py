@@ -12,10 +12,10 @@ from sim.skeleton import CONTACT_JOINTS, TOE_HEIGHT
 from sim.springs import decay, spring_step
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
-HEIGHT_HALFLIFE = 0.07  # seconds, for a foot's way to the floor
+HEIGHT_HALFLIFE = 0.05  # seconds, for a foot's way to the floor
 HIPS_HALFLIFE = 0.15  # seconds, for the height of a styled body
 DROP_HALFLIFE = 0.1  # seconds, for hips that sink to let a leg reach
-CLEARANCE = 0.045  # metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower
+CLEARANCE = 0.055  # metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower
 SWING_SPEEDS = (0.4, 1.2)  # metres a second over the floor between which a lifted foot counts as swinging
 STANCE_HALFLIFE = 0.8  # seconds over which a styled foot's place is told from its stride
 LIFTED, PLANTED = 0.2, 0.5  # contact under which a foot is free and over which it is held

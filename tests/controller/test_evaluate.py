@@ -355,7 +355,7 @@ def test_the_command_prints_a_table_and_writes_what_it_says(folder, tmp_path, mo
 
 
 MISTAKES = {
-    ("stylizer",): "comes with the next issue",
+    ("stylizer",): "name a folder that holds Bandai-Namco's with --data",
     ("controller", "--data", "nowhere"): "there is no folder nowhere",
     ("controller", "--json", "nowhere/e.json"): "there is no folder nowhere",
     ("controller", "--data", "empty"): "too few usable BVH files",
