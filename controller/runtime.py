@@ -12,6 +12,7 @@ from controller.layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, P
 from controller.network import PhaseFunctionedNetwork
 from controller.phase_table import PhaseTable
 from controller.trajectory import Trajectory
+from controller.wrists import Wrists
 from sim import rotations as rot
 from sim.command import Command
 from sim.pose import Pose
@@ -24,7 +25,7 @@ class PhaseFunctionedController:
 
     def __init__(self, network: PhaseFunctionedNetwork) -> None:
         self.network = PhaseTable(network)
-        self.trajectory, self.footing = Trajectory(), Footing()
+        self.trajectory, self.footing, self.wrists = Trajectory(), Footing(), Wrists()
         self.phase = 0.0
         self.body = network.standing.numpy()  # (POSE_SIZE,) positions and velocities of the last answer
         self.idle = Idle(network.idle.numpy().astype(float))
@@ -35,7 +36,7 @@ class PhaseFunctionedController:
 
     def restart(self) -> None:
         """Back to standing, settled, at the start point, as when it was made."""
-        self.trajectory, self.footing = Trajectory(), Footing()
+        self.trajectory, self.footing, self.wrists = Trajectory(), Footing(), Wrists()
         self.phase, self.body, self.idle = copy.deepcopy(self._settled)
 
     @classmethod
@@ -74,7 +75,7 @@ class PhaseFunctionedController:
             root_position=root,
             root_facing=rot.wrap_angle(self.trajectory.facing),
             hips=root + rot.rotate(to_world, answer["positions"][0] + shift),
-            rotations=rot.multiply(to_world, rotations),
+            rotations=rot.multiply(to_world, self.wrists.step(rotations)),
             contacts=answer["contacts"],
             phase=self.phase,
         )
