@@ -14,7 +14,7 @@ from sim.springs import decay, spring_step
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
 HEIGHT_HALFLIFE = 0.05  # seconds, for a foot's way to the floor
 HIPS_HALFLIFE = 0.15  # seconds, for the height of a styled body
-DROP_HALFLIFE = 0.1  # seconds, for hips that sink to let a leg reach
+DROP_HALFLIFE = 0.03  # seconds, for hips that sink to let a leg reach
 CLEARANCE = 0.055  # metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower
 SWING_SPEEDS = (0.4, 1.2)  # metres a second over the floor between which a lifted foot counts as swinging
 STANCE_HALFLIFE = 0.8  # seconds over which a styled foot's place is told from its stride
@@ -26,7 +26,7 @@ SETTLING_SECONDS, SETTLING_HEIGHT = 0.35, 0.03  # how long a settling step takes
 LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
 LONGEST_TURN = 0.05  # metres that its toe is held back at most, about 20 degrees; past that a flat foot pivots
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
-REACH = 0.99  # share of the leg's length that is used
+REACH = 0.995  # share of the leg's length that is used
 
 UP_LEG, LEG, FOOT = LEGS
 TOE = CONTACT_JOINTS[1::2]
