@@ -24,7 +24,7 @@ STANDING_SECONDS = 0.35  # that both feet have been planted before one that is o
 OUT_OF_PLACE = 0.06  # metres
 SETTLING_SECONDS, SETTLING_HEIGHT = 0.35, 0.03  # how long a settling step takes, and how high in metres
 LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
-LONGEST_TURN = 0.05  # metres that its toe is held back at most, about 20 degrees; past that a flat foot pivots
+LONGEST_TURN = 0.03  # metres that its toe is held back at most, about 12 degrees; past that a flat foot pivots
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
 REACH = 0.995  # share of the leg's length that is used
 
