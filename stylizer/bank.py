@@ -79,6 +79,17 @@ def kept_windows(tensors: dict[str, torch.Tensor]) -> np.ndarray:
     return tensors["windows"].numpy().reshape(WINDOWS, WINDOW, JOINT_COUNT, FEATURES)
 
 
+def checked(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
+    """Header and tensors of a style file. Raises ValueError for one that was made for something else."""
+    header, tensors = weights.read(path)
+    wanted = {"format": FORMAT, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}
+    for key, value in wanted.items():
+        if header.get(key) != value:
+            raise ValueError(f"{path} was made for {key} '{header.get(key)}', this version needs '{value}': "
+                             "remove the file and add the style again")
+    return header, tensors
+
+
 class Bank:
     """All styles by name: the bundled ones and the user's own, for one weight file."""
 
@@ -86,11 +97,13 @@ class Bank:
         """Raises ValueError where weights or a bundled style are missing or do not belong together."""
         self.model, self.fingerprint = weights.load(weights_name)
         self.bundled, self.user = bundled, user or user_folder()
-        self._styles: dict[str, Style] = {}
-        for path in sorted(bundled.glob("*.safetensors")):
-            self._styles[path.stem] = self._read(path)
+        self._styles = self._bundled_styles()
         for path in sorted(self.user.glob("*.safetensors")):
             self._styles.setdefault(path.stem, self._read(path))
+
+    def _bundled_styles(self) -> dict[str, Style]:
+        """Name -> style of those that come with Patchwalk."""
+        return {path.stem: self._read(path) for path in sorted(self.bundled.glob("*.safetensors"))}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -120,40 +133,47 @@ class Bank:
         """Learns a style from a BVH clip, keeps it in the user's folder and gives the clip. Raises ValueError or OSError.
 
         name_map: our joint -> theirs, for a skeleton whose names are not known (sim.name_maps.load)."""
-        if not NAME.fullmatch(name):
-            raise ValueError(f"'{name}' is no style name: use up to 40 letters, digits, - and _, not - or _ first")
-        if self._taken(name):
-            raise ValueError(f"there is a style '{name}' already: choose another name, or remove that one first")
+        self.check_new(name)
         clip = load_clip(path, name_map)
         try:
             windows = style_windows(clip_features(clip)).astype(np.float16)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
         file = self.user / f"{name}.safetensors"
-        write(file, name, encode(self.model, windows), self.fingerprint, "the user's own clip", Path(path).name, windows)
+        write(file, name, self._learned(windows), self.fingerprint, "the user's own clip", Path(path).name, windows)
         self._styles[name] = self._read(file)  # as every later start will find it: the file keeps half precision
         return clip
+
+    def check_new(self, name: str) -> None:
+        """Raises ValueError for what is no name of a style, or one that a style has."""
+        if not NAME.fullmatch(name):
+            raise ValueError(f"'{name}' is no style name: use up to 40 letters, digits, - and _, not - or _ first")
+        if self._taken(name):
+            raise ValueError(f"there is a style '{name}' already: choose another name, or remove that one first")
+
+    def _learned(self, windows: np.ndarray) -> Style:
+        """What a file keeps of a clip's windows besides them."""
+        return encode(self.model, windows)
 
     def remove(self, name: str) -> None:
         """Forgets one of the user's own styles. Raises ValueError for a bundled or an unknown one."""
         self[name]
-        path = self.user / f"{name}.safetensors"
+        path = self._file(name)
         if not path.exists():
             raise ValueError(f"'{name}' comes with Patchwalk and cannot be removed: only styles that you added can")
         path.unlink()
         del self._styles[name]
 
+    def _file(self, name: str) -> Path:
+        """Where a style of the user's own lies."""
+        return self.user / f"{name}.safetensors"
+
     def _read(self, path: Path) -> Style:
-        header, tensors = weights.read(path)
-        wanted = {"format": FORMAT, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}
-        for key, value in wanted.items():
-            if header.get(key) != value:
-                raise ValueError(f"{path} was made for {key} '{header.get(key)}', this version needs '{value}': "
-                                 "remove the file and add the style again")
+        header, tensors = checked(path)
         if header["weights"] != self.fingerprint:
             if "windows" not in tensors:
                 raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
-            windows = tensors["windows"].numpy().reshape(WINDOWS, WINDOW, JOINT_COUNT, FEATURES)
+            windows = kept_windows(tensors)
             write(path, header["name"], encode(self.model, windows), self.fingerprint, header["licence"], header["source"],
                   windows)
             return self._read(path)

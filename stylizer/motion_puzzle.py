@@ -3,15 +3,15 @@
 Feature maps are (vertex, batch, time, channel). The names of `CONFIGS` are what training, evaluation and bench know.
 """
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
-import numpy as np
 import torch
 from torch import Tensor, nn
 
 from sim.features import FEATURES
 from stylizer.graph import LEVELS
 from stylizer.layers import BPATN, BPAdaIN, PartStyle, Pool, STConv, Unpool, leaky, normalized
+from stylizer.scaling import Scaled
 
 RESIDUAL = 4  # the decoder's residual block above G3 takes its style under this number
 
@@ -204,30 +204,16 @@ class Decoder(nn.Module):
         return last if level == 1 else (last + self.blocks["1"].reach + 1) // 2
 
 
-class MotionPuzzle(nn.Module):
-    """The whole network, and the statistics that scale the features of `sim.features` for it."""
+class MotionPuzzle(Scaled):
+    """The whole network."""
+
+    KIND, CONFIG = "motion-puzzle", Config
 
     def __init__(self, config: Config) -> None:
-        super().__init__()
-        self.config = config
+        super().__init__(config)
         self.style_encoder = StyleEncoder(config)
         self.content_encoder = ContentEncoder(config)
         self.decoder = Decoder(config)
-        self.register_buffer("mean", torch.zeros(21, 1, 1, FEATURES))
-        self.register_buffer("deviation", torch.ones(21, 1, 1, FEATURES))
-
-    def set_statistics(self, mean: np.ndarray, deviation: np.ndarray) -> None:
-        """Mean and deviation of the training features, (21, 15) each."""
-        self.mean.copy_(torch.as_tensor(mean, dtype=torch.float32)[:, None, None])
-        self.deviation.copy_(torch.as_tensor(deviation, dtype=torch.float32)[:, None, None])
-
-    def normalize(self, features: Tensor) -> Tensor:
-        """(B, T, 21, 15) as `sim.features` has them -> (21, B, T, 15) as the networks want them."""
-        return (features.permute(2, 0, 1, 3) - self.mean) / self.deviation
-
-    def restore(self, motion: Tensor) -> Tensor:
-        """The inverse of `normalize`."""
-        return (motion * self.deviation + self.mean).permute(1, 2, 0, 3)
 
     def encode_style(self, motion: Tensor) -> Style:
         """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by level."""
@@ -242,13 +228,6 @@ class MotionPuzzle(nn.Module):
         if not self.config.relative:
             return self.decoder(content, style, last), None
         return self.decoder(torch.cat([content, content], dim=1), joined([style, own]), last).chunk(2, dim=1)
-
-    def parameter_count(self) -> int:
-        return sum(p.numel() for p in self.parameters())
-
-    def settings(self) -> dict:
-        """The configuration as plain values, for a weight file's header."""
-        return asdict(self.config)
 
 
 def mix_parts(own: Style, other: Style, use_other: Tensor) -> Style:

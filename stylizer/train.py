@@ -11,7 +11,7 @@ import time
 from dataclasses import fields
 from datetime import timedelta
 from pathlib import Path
-from typing import Sequence, TypeVar
+from typing import Callable, Sequence, TypeVar
 
 import numpy as np
 import torch
@@ -20,7 +20,7 @@ from tqdm import tqdm
 
 from sim.skeleton import PARTS
 from sim.sources import credit
-from stylizer import bundled, weights
+from stylizer import bundled, codes, systems, weights
 from stylizer.dataset import MotionData, pack
 from stylizer.losses import OURS, RECIPES, Inputs, Recipe, losses
 from stylizer.motion_puzzle import CONFIGS, Config, MotionPuzzle
@@ -42,12 +42,13 @@ def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = Fal
           network: str = weights.SLIM, recipe: str = "ours", leave_out: Sequence[str] = ()) -> Path:
     """Trains on every BVH under data_dir; writes pack, checkpoint, curve (CSV, PNG), weights and styles under out_dir.
 
-    network and recipe: names of `motion_puzzle.CONFIGS` and `losses.RECIPES`. Stops after `minutes` of training in all;
-    `resume` goes on from the checkpoint exactly where it stopped, random numbers included. leave_out: words; clips with one
-    of them in their name are not learned from. Under torchrun every process draws its own windows and the first one writes.
+    network and recipe: names of `motion_puzzle.CONFIGS` and `losses.RECIPES`; a network of `systems.NETWORKS` has a recipe of
+    its own. Stops after `minutes` of training in all; `resume` goes on from the checkpoint exactly where it stopped, random
+    numbers included. leave_out: words; clips with one of them in their name are not learned from. Under torchrun every process
+    draws its own windows and the first one writes.
     Returns the weight file's path. Raises ValueError for unknown names and where the folder holds nothing to learn from."""
     data_dir, out_dir = Path(data_dir), Path(out_dir)
-    config, how = named(CONFIGS, network, "network"), named(RECIPES, recipe, "recipe")
+    make = trainer_of(network, recipe)
     with Processes() as rank:
         if rank == 0:
             pack(data_dir, out_dir / "motion")
@@ -56,7 +57,7 @@ def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = Fal
         if rank == 0:
             for reason, count in data.skipped.items():
                 tqdm.write(f"skipped {count} clips: {reason}")
-        trainer = Trainer(data, config, how, seed + 1000 * rank)
+        trainer = make(data, seed + 1000 * rank)
         checkpoint, path = out_dir / "checkpoint.pt", out_dir / f"{network}.safetensors"
         if resume:
             trainer.restore(checkpoint)
@@ -76,9 +77,19 @@ def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = Fal
                     trainer.save_weights(path, data_dir, command + left_out)
         if rank == 0:
             plot_curve(out_dir / "curve.csv")
-            bundled.build(network, out_dir, data_dir, out_dir / "styles")
+            (codes if network in systems.NETWORKS else bundled).build(network, out_dir, data_dir, out_dir / "styles")
         _wait()
     return path
+
+
+def trainer_of(network: str, recipe: str) -> Callable[[MotionData, int], "Trainer"]:
+    """What makes the trainer of a network, of data and a seed. Raises ValueError for unknown names."""
+    named(CONFIGS | systems.NETWORKS, network, "network")
+    if network in systems.NETWORKS:
+        from stylizer.train_systems import SystemTrainer
+        return lambda data, seed: SystemTrainer(data, network, seed)
+    how = named(RECIPES, recipe, "recipe")
+    return lambda data, seed: Trainer(data, CONFIGS[network], how, seed)
 
 
 class Objective(nn.Module):
@@ -94,6 +105,8 @@ class Objective(nn.Module):
 
 class Trainer:
     """Network, its running average, optimiser, random numbers and clock: everything that a resumed run needs."""
+
+    KEPT = ("model", "average", "optimizer")  # whose state a checkpoint holds
 
     def __init__(self, data: MotionData, config: Config, recipe: Recipe = OURS, seed: int = 1) -> None:
         torch.manual_seed(seed)
@@ -120,15 +133,17 @@ class Trainer:
     def update(self, progress: float) -> dict[str, float]:
         """One step of the optimiser; progress 0..1 sets the learning rate. Returns the losses by name."""
         start = time.perf_counter()
-        decay = min(max(0.0, (progress - DECAY_FROM) / (1 - DECAY_FROM)), 1.0)
-        share = FINAL_RATE + (1 - FINAL_RATE) * 0.5 * (1 + math.cos(math.pi * decay))
-        self.optimizer.param_groups[0]["lr"] = self.recipe.learning_rate * share
-        size = self.recipe.batch
-        terms = self._losses(self.objective, self.sampler.batch(size), draw_mixing(self.sampler.random, size), decay > 0)
+        self.optimizer.param_groups[0]["lr"] = self.recipe.learning_rate * falling(progress)
+        size, late = self.recipe.batch, progress > DECAY_FROM
+        terms = self._losses(self.objective, self.sampler.batch(size), draw_mixing(self.sampler.random, size), late)
         self.optimizer.zero_grad(set_to_none=True)
         sum(self.recipe.weights[name] * value for name, value in terms.items()).backward()
         torch.nn.utils.clip_grad_norm_(self.model.parameters(), 1.0)
         self.optimizer.step()
+        return self._counted(terms, start)
+
+    def _counted(self, terms: dict[str, torch.Tensor], start: float) -> dict[str, float]:
+        """Ends a step that began at `start` seconds: average, clock and curve. Gives the losses as numbers."""
         self.average.update_parameters(self.model)
         self.step += 1
         self.spent = _of_first(self.spent + time.perf_counter() - start)
@@ -162,7 +177,7 @@ class Trainer:
     def keep(self, path: Path) -> None:
         """Writes the checkpoint."""
         partial = path.with_suffix(".partial")
-        state = {name: getattr(self, name).state_dict() for name in ("model", "average", "optimizer")}
+        state = {name: getattr(self, name).state_dict() for name in self.KEPT}
         random = self.sampler.random.bit_generator.state
         torch.save({**state, "step": self.step, "spent": self.spent, "random": random}, partial)
         partial.replace(path)
@@ -173,7 +188,7 @@ class Trainer:
             raise ValueError(f"no checkpoint at {path}: train without --resume first")
         state = torch.load(path, map_location=self.device, weights_only=True)
         try:
-            for name in ("model", "average", "optimizer"):
+            for name in self.KEPT:
                 getattr(self, name).load_state_dict(state[name])
         except (RuntimeError, ValueError, KeyError) as error:
             raise ValueError(f"{path} is another network's checkpoint: train without --resume") from error
@@ -208,6 +223,12 @@ class Trainer:
     def _averaged(self, average: torch.Tensor, value: torch.Tensor, count: torch.Tensor) -> torch.Tensor:
         keep = torch.clamp((1 + count) / (10 + count), max=self.recipe.average)  # sooner at first
         return value + (average - value) * keep
+
+
+def falling(progress: float) -> float:
+    """The share of the learning rate at 0..1 of the time: all of it, then down along a cosine to FINAL_RATE."""
+    decay = min(max(0.0, (progress - DECAY_FROM) / (1 - DECAY_FROM)), 1.0)
+    return FINAL_RATE + (1 - FINAL_RATE) * 0.5 * (1 + math.cos(math.pi * decay))
 
 
 def named(table: dict[str, T], name: str, what: str) -> T:

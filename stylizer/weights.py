@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from importlib import import_module
 from pathlib import Path
 
 import torch
@@ -10,19 +11,21 @@ from safetensors.torch import save_file
 
 from sim.features import LAYOUT_VERSION
 from sim.skeleton import skeleton_hash
-from stylizer.motion_puzzle import Config, MotionPuzzle
+from stylizer.scaling import Scaled
 
 FOLDER = Path(__file__).parent / "weights"
-MODEL = "motion-puzzle"
+# What a file's header calls its model -> the class, in a module that is imported when it is wanted.
+KINDS = {"motion-puzzle": ("motion_puzzle", "MotionPuzzle"), "unpaired": ("unpaired", "Unpaired"),
+         "diverse": ("diverse", "Diverse"), "latent": ("latent", "Latent")}
 VERSION = "1"
 SLIM = "slim"  # the name of the shipped real-time network
 STATISTICS = ("mean", "deviation")  # kept in float32
 
 
-def save(model: MotionPuzzle, path: Path, **origin: str) -> None:
+def save(model: Scaled, path: Path, **origin: str) -> None:
     """Writes weights as float16; `origin` says training data, licence, command and commit."""
-    header = {**_expected(), "config": json.dumps(model.settings()), **origin}
-    tensors = {name: (value if name in STATISTICS else value.half()).contiguous()
+    header = {**_expected(), "model": model.KIND, "config": json.dumps(model.settings()), **origin}
+    tensors = {name: (value if name.rpartition(".")[2] in STATISTICS else value.half()).contiguous()
                for name, value in model.state_dict().items()}
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(".partial")
@@ -30,7 +33,7 @@ def save(model: MotionPuzzle, path: Path, **origin: str) -> None:
     partial.replace(path)
 
 
-def load(name: str = SLIM, folder: Path | None = None) -> tuple[MotionPuzzle, str]:
+def load(name: str = SLIM, folder: Path | None = None) -> tuple[Scaled, str]:
     """The network ready to run and the fingerprint of its weight file.
 
     Raises ValueError where the file is missing or made for something else."""
@@ -41,8 +44,12 @@ def load(name: str = SLIM, folder: Path | None = None) -> tuple[MotionPuzzle, st
     for key, wanted in _expected().items():
         if header.get(key) != wanted:
             raise ValueError(f"{path} was made for {key} '{header.get(key)}', not '{wanted}': train again")
+    if header.get("model") not in KINDS:
+        raise ValueError(f"{path} was made for model '{header.get('model')}', not one of {', '.join(KINDS)}: train again")
+    module, kind = KINDS[header["model"]]
+    kind = getattr(import_module(f"stylizer.{module}"), kind)
     settings = json.loads(header["config"]).items()
-    model = MotionPuzzle(Config(**{key: tuple(v) if isinstance(v, list) else v for key, v in settings}))
+    model = kind(kind.CONFIG(**{key: tuple(v) if isinstance(v, list) else v for key, v in settings}))
     model.load_state_dict({name: value.float() for name, value in tensors.items()})
     return model.eval(), hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
@@ -57,4 +64,4 @@ def read(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
 
 
 def _expected() -> dict[str, str]:
-    return {"model": MODEL, "version": VERSION, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}
+    return {"version": VERSION, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}
