@@ -113,6 +113,34 @@ def _choose(live: "Live", name: str) -> None:
         live.type(False)
 
 
+def _next_stylizer(live: "Live", _: str) -> None:
+    """Another system restyles the same motion; the figure glides from one to the other."""
+    if _kept_by_recording(live):
+        return
+    try:
+        live.say(f"stylizer: {live.stylizers.next()}")
+    except ValueError as error:
+        live.say(str(error), ALERT)
+    live.choice.offer(live.session.stylizer.styles)
+
+
+def _reroll(live: "Live", _: str) -> None:
+    if _kept_by_recording(live):
+        return
+    try:
+        live.stylizers.reroll()
+        live.say("the styles of chance are drawn anew")
+    except ValueError as error:
+        live.say(str(error), ALERT)
+
+
+def _kept_by_recording(live: "Live") -> bool:
+    """A recording holds the input and not the stylizer: while one runs, the stylizer stays as it is."""
+    if live.recorder:
+        live.say("a recording is made with one stylizer: stop it first")
+    return live.recorder is not None
+
+
 def _search(live: "Live", _: str) -> None:
     live.hidden = False
     live.type(True)
@@ -153,6 +181,7 @@ ACTIONS: dict[str, Action] = {
     "blend": _blend,
     "own_style": lambda live, _: live.choice.reset(),
     "reset": lambda live, _: live.choice.reset(everything=True),
+    "stylizer_next": _next_stylizer, "reroll": _reroll,
     "random": lambda live, _: live.choice.mix(),
     "preset": _wear_preset, "save": _save_preset, "preset_next": _next_preset,
     "search": _search, "typed": _typed, "untyped": lambda live, _: live.type(False),

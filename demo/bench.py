@@ -121,7 +121,7 @@ def uncounted(latency: Latency) -> Iterator[None]:
 def another(session: Session, latency: Latency) -> Session:
     """One more character with the same models."""
     stylizer = session.stylizer
-    stylizer = LiveStylizer(stylizer.bank) if isinstance(stylizer, LiveStylizer) else copy.deepcopy(stylizer)
+    stylizer = type(stylizer)(stylizer.bank) if isinstance(stylizer, LiveStylizer) else copy.deepcopy(stylizer)
     result = Session(copy.deepcopy(session.controller), stylizer, latency)
     result.restart()
     return result

@@ -47,6 +47,8 @@ CONTROLS = (
     Control("back to its own style", {"own_style": ("backspace",)}, {"own_style": ("lefttrigger+a",)}, touch="“own”",
             menu="style"),
     Control("whole body back to its own style", {"reset": ("delete", "shift+backspace")}, touch="“reset”", menu="style"),
+    Control("next stylizer", {"stylizer_next": ("y",)}, {"stylizer_next": ("lefttrigger+b",)}, menu="style"),
+    Control("draw the styles of chance anew", {"reroll": ("u",)}, menu="style"),
     Control("random mix", {"random": ("v",)}, {"random": ("lefttrigger+x",)}, touch="“random”", menu="style"),
     Control("neutral while held, to compare", {"compare": ("space",)}, {"compare": ("a",)}, touch="hold “A / B”"),
     Control("next preset", {"preset_next": ("l",)}, {"preset_next": ("rightstick",)}, touch="its button"),

@@ -22,6 +22,7 @@ from demo.menu import Menu
 from demo.presets import Presets
 from demo.renderer import Renderer
 from demo.style_choice import StyleChoice
+from demo.stylizers import Stylizers
 from demo.view import View
 from demo.vmc import Sender
 from demo.window import Window, open_window
@@ -95,6 +96,7 @@ class Live:
         self.renderer = Renderer(window.size)
         self.recorder: Recorder | None = None
         self.takes = takes.Takes()
+        self.stylizers = Stylizers(session)
         self.dropped = Dropped(lambda path: session.stylizer.learn(path))
         self.inset = Inset()
         self.stream = stream

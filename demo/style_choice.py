@@ -93,6 +93,11 @@ class StyleChoice:
         """A new style is there to choose."""
         self.styles = tuple(sorted({*self.styles, name}))
 
+    def offer(self, styles: Sequence[str]) -> None:
+        """Another list of styles to choose from; parts that wear one that is not in it return to their own."""
+        self.styles = tuple(styles)
+        self.style = {part: worn for part, worn in self.style.items() if set(names(worn)) <= set(styles)}
+
     def reset(self, everything: bool = False) -> None:
         """Returns the picked parts, or the whole body, to their own style."""
         self._change(lambda part, worn: None, PART_NAMES if everything else self.parts)

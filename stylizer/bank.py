@@ -95,11 +95,17 @@ class Bank:
 
     def __init__(self, weights_name: str = weights.SLIM, bundled: Path = BUNDLED, user: Path | None = None) -> None:
         """Raises ValueError where weights or a bundled style are missing or do not belong together."""
+        self.name = weights_name
         self.model, self.fingerprint = weights.load(weights_name)
         self.bundled, self.user = bundled, user or user_folder()
         self._styles = self._bundled_styles()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Reads what has come into the user's folder since it was read."""
         for path in sorted(self.user.glob("*.safetensors")):
-            self._styles.setdefault(path.stem, self._read(path))
+            if path.stem not in self._styles:
+                self._styles[path.stem] = self._read(path)
 
     def _bundled_styles(self) -> dict[str, Style]:
         """Name -> style of those that come with Patchwalk."""

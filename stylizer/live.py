@@ -17,7 +17,6 @@ from sim.pose import Pose
 from sim.skeleton import PART_NAMES
 from sim.springs import decay, spring_step
 from sim.worn import Worn, names
-from stylizer import weights
 from stylizer.attention import attention_map
 from stylizer.bank import Bank
 from stylizer.blend import Style, interpolated, side_by_side
@@ -52,13 +51,6 @@ class LiveStylizer:
         self.restart()
         self._kept: dict[str, tuple[tuple, Style]] = {}  # what was put together last, and of what
 
-    @classmethod
-    def from_pretrained(cls, name: str = weights.SLIM) -> "LiveStylizer":
-        """The named weights and their bank, on one thread. Raises ValueError where they are missing or do not fit."""
-        torch.set_num_threads(1)
-        torch.set_flush_denormal(True)
-        return cls(Bank(name))
-
     @property
     def styles(self) -> tuple[str, ...]:
         """The names of all styles in the bank."""
@@ -80,6 +72,7 @@ class LiveStylizer:
         self._asked_for: tuple | None = None  # what the parts wore when the network was asked last
         self._newest: np.ndarray | None = None  # what it answered
         self._lost: np.ndarray | None = None  # what the decoder loses of the neutral motion, slow average: features (21, 15)
+        self._gliding = False  # whether all parts switch in the next step
         self._resting = False  # whether this frame makes do with that answer
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
@@ -88,7 +81,8 @@ class LiveStylizer:
         for worn in style.values():
             for name in names(worn):
                 self.bank[name]
-        switched = [part.step(style.get(name)) for part, name in zip(self.parts, PART_NAMES)]
+        switched = [part.step(style.get(name)) or self._gliding for part, name in zip(self.parts, PART_NAMES)]
+        self._gliding = False
         strengths = np.array([part.strength for part in self.parts])
         if not strengths.any():
             self.turns.forget()
@@ -99,6 +93,26 @@ class LiveStylizer:
         wanted = feet_off(styled, neutral) * min(height_share(strengths), 1.0)
         self.raised, self.raised_rate = spring_step(self.raised, self.raised_rate, wanted, FLOOR_HALFLIFE, DT)
         return feet_raised(styled, self.raised) if self.raised else styled
+
+    def take_over(self, other: "LiveStylizer") -> None:
+        """Goes on from another stylizer's last step: strengths are kept, and the pose glides from its styles to ours. A part
+        whose style we do not have lets it go."""
+        self.bank.refresh()
+        self.restart()
+        self.parts, self.turns = other.parts, other.turns
+        self.raised, self.raised_rate = other.raised, other.raised_rate
+        for part in self.parts:
+            if not {part.name, part.other} <= set(self.styles):
+                part.name = part.other = OWN
+        self.glide()
+
+    def reroll(self) -> None:
+        """Draws the styles of chance anew; Motion Puzzle has none. Raises ValueError."""
+        raise ValueError("this stylizer takes styles from clips only: diverse and latent also draw them by chance")
+
+    def glide(self) -> None:
+        """What parts wear has changed under its name: the next answer is asked for at once and glided into."""
+        self._asked_for, self._gliding = None, True
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         """What a body part's attention looks at now: (samples of the window / 2, samples of the style's clips), rows that

@@ -17,31 +17,32 @@ from sim.foot_cleanup import feet_in_order
 from sim.kinematics import to_local
 from sim.pose import Pose
 from sim.retarget import load_clip
-from sim.ring_buffer import SPAN
 from sim.skeleton import PART_NAMES
 from sim.worn import Worn, names
 from stylizer.bank import SHORTEST, Bank, encode
 from stylizer.bank import WINDOW as STYLE_WINDOW
 from stylizer.blend import Style, interpolated, side_by_side, with_equal_tokens
 from stylizer.motion_puzzle import MotionPuzzle
+from stylizer.overlap import overlapped
+from stylizer.scaling import Scaled
 from stylizer.turns import ARM_PARTS, asked, feet_off, feet_raised, hands_kept, height_share, scales, turned
+from stylizer.whole_body import WholeBody, answers, joints_by_code, together
 
-HOP = 3  # frames between windows; odd, so that they see the even and the odd frames in turn
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
 FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
 STEADY = 60  # frames (Gaussian sigma): what lasts longer is posture, not movement
-BATCH = 64  # windows
 SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
 FEW, MANY = 3, 12  # windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
 
 
 @dataclass(frozen=True)
 class Look:
-    """What one body part is to wear: a style at a strength, or the way from it to another, 0 .. 1."""
+    """What one body part is to wear: a style at a strength, or the way from it to another, 0 .. 1. A style of a whole-body
+    system is its code."""
 
-    style: Style
+    style: Style | torch.Tensor
     strength: float = 1.0
-    other: Style | None = None
+    other: Style | torch.Tensor | None = None
     share: float = 0.0
 
 
@@ -60,7 +61,7 @@ def _style(bank: Bank, name: str) -> Style:
     return clip_style(bank.model, clip_features(load_clip(name)))
 
 
-def stylize(model: MotionPuzzle, content: Clip, looks: Mapping[str, Look]) -> Clip:
+def stylize(model: Scaled, content: Clip, looks: Mapping[str, Look]) -> Clip:
     """The clip (60 Hz, grounded) with the parts of `looks` restyled; all others, and strength 0, are as they were.
 
     Raises ValueError for a clip of a few frames."""
@@ -79,16 +80,34 @@ def stylize(model: MotionPuzzle, content: Clip, looks: Mapping[str, Look]) -> Cl
     return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
 
 
-def answer(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+def answer(model: Scaled, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
     """The network's own answer (frames, 21, 15) to the content's features, before anything is put in order."""
+    if isinstance(model, WholeBody):
+        return whole_body_answer(model, features, looks)
     return styled_features(model, features, *worn(model, features, looks))
 
 
-def clip_style(model: MotionPuzzle, features: np.ndarray) -> Style:
-    """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated."""
+def whole_body_answer(model: WholeBody, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+    """The answer of a system that is asked once for each style that parts wear."""
+    def code(look: Look) -> torch.Tensor:
+        return look.style if look.other is None else torch.lerp(look.style, look.other, look.share)
+
+    wanted = [looks.get(part) for part in PART_NAMES]
+    keys = [look and (id(look.style), id(look.other), look.share) for look in wanted]
+    by_key = {key: code(look) for key, look in zip(keys, wanted) if look}
+    styled = {key: overlapped(features, model.config.window,
+                              lambda windows, code=code: answers(model, windows, code.expand(len(windows), -1))[None])[0]
+              for key, code in by_key.items()}
+    return together(features, styled, joints_by_code(keys))
+
+
+def clip_style(model: Scaled, features: np.ndarray, label: str | None = None) -> Style | torch.Tensor:
+    """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated. label: its domain,
+    for a whole-body system that knows it."""
     count = FEW if len(features) < MANY * SHORTEST else MANY
     starts = np.linspace(0, max(len(features) - SHORTEST, 0), count).round().astype(int)
-    return encode(model, features[(starts[:, None] + STRIDE * np.arange(STYLE_WINDOW)) % len(features)])
+    windows = features[(starts[:, None] + STRIDE * np.arange(STYLE_WINDOW)) % len(features)]
+    return model.encode_style(windows, label) if isinstance(model, WholeBody) else encode(model, windows)
 
 
 def worn(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> tuple[Style, Style]:
@@ -106,26 +125,15 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style, own
     """What the network makes of features (frames, 21, 15): windows as long as in training, faded into each other.
 
     own: the features' own style, with as many tokens as the other."""
-    frames = len(features)
-    padded = np.concatenate([features, features[-1:].repeat(max(SPAN + 1 - frames, 0), axis=0)])
-    last = len(padded) - SPAN
-    starts = np.unique([0, 1, *range(0, last, HOP), last - 1, last])
-    totals, weights = np.zeros((2, *padded.shape)), np.zeros((len(padded), 1, 1))
-    fade = np.hanning(WINDOW + 2)[1:-1, None, None]
-    for some in np.array_split(starts, -(-len(starts) // BATCH)):
-        seen = some[:, None] + STRIDE * np.arange(WINDOW)
-        batch = model.normalize(torch.from_numpy(padded[seen].astype(np.float32)))
-        styles = (_for_batch(look, len(some)) for look in (style, own))
-        for total, answers in zip(totals, model(batch, *styles)):
-            if answers is not None:
-                for at, window in zip(seen, model.restore(answers).double().numpy()):
-                    total[at] += window * fade
-        for at in seen:
-            weights[at] += fade
-    styled, rebuilt = (totals / weights)[:, :frames]
-    if not model.config.relative:
+    def ask(windows: np.ndarray) -> np.ndarray:
+        motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
+        found = model(motion, *(_for_batch(look, len(windows)) for look in (style, own)))
+        return np.stack([model.restore(answers).double().numpy() for answers in found if answers is not None])
+
+    styled, *rebuilt = overlapped(features, WINDOW, ask)
+    if not rebuilt:
         return styled
-    lost = features - rebuilt  # of the content's own movement goes on top, but not what is lost steadily
+    lost = features - rebuilt[0]  # of the content's own movement goes on top, but not what is lost steadily
     return styled + lost - gaussian_filter1d(lost, STEADY, axis=0, mode="nearest")
 
 

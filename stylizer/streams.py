@@ -12,23 +12,22 @@ from sim.foot_lock import FootLock
 from sim.pose import Pose
 from sim.ring_buffer import RingBuffer
 from sim.worn import Worn
-from stylizer.blend import Style
-from stylizer.live import LiveStylizer
-from stylizer.motion_puzzle import MotionPuzzle
+from stylizer import catalogue
+from stylizer.scaling import Scaled
 
 
 @dataclass(frozen=True)
 class Styles:
     """As much of a style bank as the live stylizer needs: the network and styles by name, `live.OWN` among them."""
 
-    model: MotionPuzzle
-    styles: Mapping[str, Style]
+    model: Scaled
+    styles: Mapping[str, object]
 
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(self.styles)
 
-    def __getitem__(self, name: str) -> Style:
+    def __getitem__(self, name: str) -> object:
         return self.styles[name]
 
 
@@ -45,7 +44,7 @@ class Stream:
 
 def live(styles: Styles, content: Clip, worn: Callable[[int], Mapping[str, Worn]]) -> Stream:
     """A clip (60 Hz, grounded) played as if the controller made it; worn(frame) is what the parts wear in each frame."""
-    stylizer, history, lock = LiveStylizer(styles), RingBuffer(), FootLock()
+    stylizer, history, lock = catalogue.stylizer_of(styles), RingBuffer(), FootLock()
     answers, styled, locked, seconds = [], [], [], 0.0
     for frame, neutral in enumerate(poses(content)):
         history.push(neutral)

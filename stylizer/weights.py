@@ -15,7 +15,8 @@ from stylizer.scaling import Scaled
 
 FOLDER = Path(__file__).parent / "weights"
 # What a file's header calls its model -> the class, in a module that is imported when it is wanted.
-KINDS = {"motion-puzzle": ("motion_puzzle", "MotionPuzzle"), "unpaired": ("unpaired", "Unpaired"),
+MOTION_PUZZLE = "motion-puzzle"
+KINDS = {MOTION_PUZZLE: ("motion_puzzle", "MotionPuzzle"), "unpaired": ("unpaired", "Unpaired"),
          "diverse": ("diverse", "Diverse"), "latent": ("latent", "Latent")}
 VERSION = "1"
 SLIM = "slim"  # the name of the shipped real-time network
@@ -37,9 +38,7 @@ def load(name: str = SLIM, folder: Path | None = None) -> tuple[Scaled, str]:
     """The network ready to run and the fingerprint of its weight file.
 
     Raises ValueError where the file is missing or made for something else."""
-    path = (folder or FOLDER) / f"{name}.safetensors"
-    if not path.exists():
-        raise ValueError(f"no stylizer weights at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'")
+    path = _path(name, folder)
     header, tensors = read(path)
     for key, wanted in _expected().items():
         if header.get(key) != wanted:
@@ -52,6 +51,25 @@ def load(name: str = SLIM, folder: Path | None = None) -> tuple[Scaled, str]:
     model = kind(kind.CONFIG(**{key: tuple(v) if isinstance(v, list) else v for key, v in settings}))
     model.load_state_dict({name: value.float() for name, value in tensors.items()})
     return model.eval(), hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def kind(name: str, folder: Path | None = None) -> str:
+    """Of KINDS, what a weight file holds. Raises ValueError where it is missing."""
+    path = _path(name, folder)
+    try:
+        with safe_open(path, "pt") as file:
+            return (file.metadata() or {}).get("model", "")
+    except Exception as error:  # safetensors raises its own kinds for a damaged file
+        raise ValueError(f"{path} is not a readable safetensors file ({error}): reinstall Patchwalk") from error
+
+
+def _path(name: str, folder: Path | None) -> Path:
+    path = (folder or FOLDER) / f"{name}.safetensors"
+    if not path.exists():
+        there = ", ".join(sorted(other.stem for other in path.parent.glob("*.safetensors")))
+        raise ValueError(f"no stylizer weights at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'"
+                         + f"; there are {there}" * bool(there))
+    return path
 
 
 def read(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:

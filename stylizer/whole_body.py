@@ -111,3 +111,9 @@ def together(content: np.ndarray, styled: Mapping[tuple, np.ndarray], joints: Ma
     for worn, which in joints.items():
         result[..., which, :] = styled[worn][..., which, :]
     return result
+
+
+def velocity_factor(features: np.ndarray) -> float:
+    """V of Aberman et al. 2020, Eq. 2, in metres a second: the temporal mean of the greatest local joint velocity of features
+    (..., 21, 15)."""
+    return float(np.linalg.norm(features[..., LAYOUT["velocity"]], axis=-1).max(axis=-1).mean())

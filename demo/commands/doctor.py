@@ -52,9 +52,11 @@ def _controller() -> str:
 
 
 def _stylizer() -> str:
-    from stylizer.live import LiveStylizer
-    styles = LiveStylizer.from_pretrained().styles
-    return f"loaded; they match this skeleton and feature layout; {len(styles)} styles"
+    from stylizer import catalogue
+    styles = catalogue.from_pretrained().styles
+    others = [name for name in catalogue.names()[1:] if catalogue.from_pretrained(name)]
+    also = f"; also there: {', '.join(others)}" * bool(others)
+    return f"loaded; they match this skeleton and feature layout; {len(styles)} styles{also}"
 
 
 def _display() -> str:

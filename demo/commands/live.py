@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from demo.commands.replay import VMC_HELP
+from demo.commands.replay import STYLIZER_HELP, VMC_HELP
 
 HELP = "Steer a character and restyle it limb by limb; without a display, replay the bundled recording into out/."
 EXAMPLE = "patchwalk"
@@ -12,6 +12,7 @@ FILES = {"poses": "poses.npz", "bvh": "styled.bvh", "glb": "styled.glb", "video"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
     parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=f"{VMC_HELP}; off by default")
 
 
@@ -26,7 +27,7 @@ def run(args: argparse.Namespace) -> int:
         from demo.presets import Presets
         from sim import recording
         bindings, presets = user_bindings.load(), Presets()  # first: a mistake in a file is said before anything opens
-        session = assemble.build_session()
+        session = assemble.build_session(args.stylizer)
         try:
             report = run_live(session, session.stylizer.styles, attract=recording.read(assemble.BUNDLED_RECORDING),
                               bindings=bindings, presets=presets, stream=stream)
@@ -37,11 +38,11 @@ def run(args: argparse.Namespace) -> int:
                 print(f"wrote {path}")
             return 0
     print(f"No window ({reason}): replaying the bundled recording into {OUT}/.")
-    replay_bundled(OUT, stream)
+    replay_bundled(OUT, stream, args.stylizer)
     return 0
 
 
-def replay_bundled(folder: Path, stream=None) -> None:
+def replay_bundled(folder: Path, stream=None, stylizer: str | None = None) -> None:
     """Writes everything that a replay can into `folder`: all but the video where this machine cannot make one."""
     from demo import assemble
     from demo.commands.replay import play
@@ -55,4 +56,4 @@ def replay_bundled(folder: Path, stream=None) -> None:
         del outputs["video"]
         print(f"No video: {error}.")
     check_outputs(outputs)
-    play("bundled recording", recording.read(assemble.BUNDLED_RECORDING), outputs, stream=stream)
+    play("bundled recording", recording.read(assemble.BUNDLED_RECORDING), outputs, stylizer, stream=stream)

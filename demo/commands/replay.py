@@ -10,6 +10,8 @@ HELP = "play a recording and write its motion, its video and how long each stage
 EXAMPLE = "patchwalk replay walk.jsonl --headless --poses walk.npz --bvh walk.bvh --latency walk.json"
 VMC_HELP = ("stream the poses live to Blender, Unity or Unreal: VMC/OSC over UDP, to port 39539 of this machine "
             "unless told otherwise")
+STYLIZER_HELP = ("the style-transfer system: slim (Motion Puzzle, the default), unpaired, diverse, latent, or other weights "
+                 "of the package by name")
 OUTPUTS = {  # kind, as in demo.export.WRITERS: (metavar, help)
     "poses": ("OUT.npz", "write neutral and styled motion as arrays"),
     "bvh": ("OUT.bvh", "write the styled motion as BVH"),
@@ -25,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for kind, (metavar, text) in OUTPUTS.items():
         parser.add_argument(f"--{kind}", type=Path, metavar=metavar, help=text)
     parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=f"{VMC_HELP}; in real time")
-    parser.add_argument("--stylizer", metavar="NAME", help="style-transfer weights other than the shipped ones")
+    parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
 
 
 def run(args: argparse.Namespace) -> int:

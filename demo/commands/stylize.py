@@ -4,6 +4,8 @@ import argparse
 import time
 from pathlib import Path
 
+from demo.commands.replay import STYLIZER_HELP
+
 HELP = "restyle a BVH file, body part by body part"
 EXAMPLE = """patchwalk stylize walk.bvh --style arms=old:0.8 --style spine=proud -o new.bvh
   patchwalk stylize walk.bvh --style legs=limp.bvh --style arms=old+proud@0.4 --retarget-back -o new.bvh
@@ -22,7 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="write it on the content's own skeleton, in its unit and frame rate (default: ours, 60 a second)")
     parser.add_argument("--map", type=Path, metavar="FILE",
                         help='JSON {"our joint": "theirs", ...}, for a content skeleton that is not recognised by its names')
-    parser.add_argument("--stylizer", metavar="NAME", help="the weights to use")
+    parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
+    parser.add_argument("--global-motion", action="store_true",
+                        help="let the style change the way over the floor too: unpaired warps the time by how quick the style "
+                             "is, latent tells the root's way from the local motion; the default keeps the content's")
 
 
 def _style(text: str):
@@ -47,12 +52,15 @@ def run(args: argparse.Namespace) -> int:
     torch.set_flush_denormal(True)
     from sim import bvh
     from sim.retarget import load_clip
-    from stylizer.bank import Bank
+    from stylizer import catalogue
     from stylizer.offline import looks, stylize
     start = time.perf_counter()
     content = load_clip(args.content, name_map)
-    bank = Bank(*filter(None, [args.stylizer]))
+    bank = catalogue.bank(args.stylizer)
     styled = stylize(bank.model, content, looks(bank, worn))
+    if args.global_motion:
+        from stylizer.global_motion import changed
+        styled = changed(bank, styled, content, worn)
     if args.retarget_back:
         from sim.retarget_back import retarget_back
         bvh.write(args.output, retarget_back(bvh.read(args.content), content, styled, name_map))

@@ -8,7 +8,7 @@ from sim import bvh
 from sim import rotations as rot
 from sim.features import clip_features
 from sim.skeleton import PART_NAMES, PARTS
-from stylizer import offline
+from stylizer import overlap
 from stylizer.blend import with_equal_tokens
 from stylizer.offline import Look, clip_style, looks, styled_features, stylize
 from tests.sim.walker import walking_clip
@@ -68,10 +68,10 @@ def test_windows_leave_no_seams(bank, monkeypatch):
     """Where windows begin and end, the styled motion is as smooth as elsewhere."""
     walk = walking_clip(200)
     features = clip_features(walk)
-    monkeypatch.setattr(offline, "BATCH", 7)
+    monkeypatch.setattr(overlap, "BATCH", 7)
     styled = stylize(bank.model, walk, {part: Look(bank["other"]) for part in PART_NAMES})
     third = np.linalg.norm(np.diff(styled.positions()[:, 13:], 3, axis=0), axis=-1).mean(axis=1)[20:-20]
-    by_phase = [third[start::offline.HOP].mean() for start in range(offline.HOP)]
+    by_phase = [third[start::overlap.HOP].mean() for start in range(overlap.HOP)]
     assert max(by_phase) < 1.4 * min(by_phase)
     assert styled_features(bank.model, features, bank["other"], bank["neutral"]).shape == features.shape
 
@@ -103,7 +103,7 @@ def test_a_style_may_be_a_file(bank, walk_file, tmp_path):
 
 def test_stylize_writes_on_either_skeleton(bank, walk_file, tmp_path, monkeypatch, capsys):
     from demo import cli
-    monkeypatch.setattr("stylizer.bank.Bank", lambda *names: bank)
+    monkeypatch.setattr("stylizer.catalogue.bank", lambda name: bank)
     for extra in ([], ["--retarget-back"]):
         out = tmp_path / "out.bvh"
         assert cli.main(["stylize", str(walk_file), "--style", "arms=other:0.7", "--style", f"spine=neutral+{walk_file}@0.5",

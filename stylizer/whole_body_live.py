@@ -1,0 +1,58 @@
+"""The live stylizer of a whole-body system: asked once for each style that parts wear, over more than the ring buffer's past."""
+
+from collections import deque
+from typing import Mapping
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sim.features import STRIDE
+from sim.pose import Pose
+from sim.worn import Worn
+from stylizer.live import LiveStylizer
+from stylizer.turns import asked
+from stylizer.whole_body import answers, joints_by_code, together
+
+
+class WholeBodyStylizer(LiveStylizer):
+    """Windowed inference: these systems look ahead as well as back, so each answer is the last sample of a window that ends now.
+
+    What is done with it - turns, strengths, smoothing, switches - is the same as for Motion Puzzle."""
+
+    def restart(self) -> None:
+        super().restart()
+        span = (self.bank.model.config.window - 1) * STRIDE + 1
+        self._past: deque[np.ndarray] = deque(maxlen=span)  # features (21, 15) of the last frames, the newest last
+
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
+        if not self._past:  # what the ring buffer has, and before that its oldest pose
+            self._past.extend(window[:1].repeat(self._past.maxlen, axis=0))
+            self._past.extend(window[:-1].repeat(STRIDE, axis=0))
+        self._past.append(window[-1])
+        return super().step(window, neutral, style)
+
+    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
+        raise ValueError("this stylizer has no attention")
+
+    def reroll(self) -> None:
+        """Draws the styles of chance anew; parts that wear one glide into it. Raises ValueError where there are none."""
+        if not self.bank.drawn:
+            super().reroll()
+        self.bank.reroll()
+        self.glide()
+
+    def _ask(self, window: np.ndarray) -> np.ndarray:
+        looks = [(part.name, part.other, part.share) if part.strength else None for part in self.parts]
+        joints = joints_by_code(looks)
+        if joints:
+            past = np.stack(list(self._past)[::STRIDE])
+            codes = torch.stack([self._code(*look) for look in joints])
+            last = answers(self.bank.model, past[None].repeat(len(joints), axis=0), codes, last=2)[:, -1]
+            self.answer = together(window[-1], dict(zip(joints, last)), joints)
+        else:
+            self.answer = window[-1]
+        return asked(self.answer, window[-1])
+
+    def _code(self, name: str, other: str, share: float) -> Tensor:
+        return self.bank[name] if not share else torch.lerp(self.bank[name], self.bank[other], share)
