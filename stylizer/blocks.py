@@ -3,6 +3,8 @@
 Feature maps are (vertex, batch, time, channel), as in `stylizer.layers`. A temporal convolution is a graph convolution on BODY,
 the skeleton as one vertex, so that one implementation serves all."""
 
+from typing import Callable
+
 import numpy as np
 import torch
 from torch import Tensor, nn
@@ -94,19 +96,23 @@ class AdaIN(nn.Module):
 class ResBlock(nn.Module):
     """Two convolutions, each after normalization and activation, round which the feature passes on (He et al. 2016).
 
-    norm: makes the normalization of so many channels, such as `InstanceNorm` or AdaIN of a code."""
+    norm: makes the normalization of so many channels, such as `InstanceNorm` or AdaIN of a code. coarse: the graph that the
+    feature is pooled to between the convolutions, the second of which then widens it (Choi et al. 2020)."""
 
-    def __init__(self, graph: Graph, channels_in: int, channels_out: int, taps: int, norm=lambda channels: Plain()) -> None:
+    def __init__(self, graph: Graph, channels_in: int, channels_out: int, taps: int,
+                 norm: Callable[[int], nn.Module] = lambda channels: Plain(), coarse: Graph | None = None) -> None:
         super().__init__()
-        self.norm1, self.conv1 = norm(channels_in), conv(graph, channels_in, channels_out, taps)
-        self.norm2, self.conv2 = norm(channels_out), conv(graph, channels_out, channels_out, taps)
+        between = channels_in if coarse else channels_out
+        self.norm1, self.conv1 = norm(channels_in), conv(graph, channels_in, between, taps)
+        self.norm2, self.conv2 = norm(between), conv(coarse or graph, between, channels_out, taps)
+        self.pool = Pool(graph, coarse) if coarse else nn.Identity()
         self.shortcut = nn.Identity() if channels_in == channels_out else nn.Linear(channels_in, channels_out, bias=False)
 
     def forward(self, x: Tensor, code: Tensor | None = None) -> Tensor:
-        """(V, B, T, channels_in) -> (V, B, T, channels_out); the sum keeps its size."""
-        y = self.conv1(leaky(self.norm1(x, code)))
+        """(V, B, T, channels_in) -> (V, B, T, channels_out), or pooled (V coarse, B, T / 2, channels_out)."""
+        y = self.pool(self.conv1(leaky(self.norm1(x, code))))
         y = self.conv2(leaky(self.norm2(y, code)))
-        return (self.shortcut(x) + y) * 0.5 ** 0.5
+        return (self.shortcut(self.pool(x)) + y) * 0.5 ** 0.5  # as large as either
 
 
 class DomainHead(nn.Module):

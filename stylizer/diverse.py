@@ -4,15 +4,16 @@ domain, from a clip or from noise. Table 3 of its appendix.
 Joints turn by forward and up axes (6 numbers) where the paper has quaternions: 9 numbers a joint with its position, not 7."""
 
 from dataclasses import dataclass
+from typing import Callable
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from stylizer.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, ResBlock, newest, pooled, slope_penalty
+from stylizer.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, newest, pooled, slope_penalty
 from stylizer.domains import Inputs
 from stylizer.graph import LEVELS
-from stylizer.layers import Pool, Unpool, leaky, normalized
+from stylizer.layers import Unpool, leaky, normalized
 from stylizer.losses import Recipe
 from stylizer.whole_body import BODY, HIPS, Restyled, WholeBody
 
@@ -42,19 +43,18 @@ MAPPING_RATE = 0.2  # of F's learning rate in the others'; the paper's is far le
 class Trunk(nn.Module):
     """1x1 convolution and two residual blocks down to G3 (Table 3 a, b, d): what G, E and D begin with."""
 
-    def __init__(self, config: Config, norm=None) -> None:
+    def __init__(self, config: Config, norm: Callable[[int], nn.Module] = lambda channels: Plain()) -> None:
         super().__init__()
         self.stem = nn.Linear(CHANNELS, config.channels[0])
-        options = (norm,) if norm else ()
         pairs = zip(config.channels, config.channels[1:])
-        self.blocks = nn.ModuleList(ResBlock(ROOTED[level], a, b, config.taps, *options) for level, (a, b) in enumerate(pairs, 1))
-        self.pools = nn.ModuleList(Pool(LEVELS[level], LEVELS[level + 1]) for level in (1, 2))
+        self.blocks = nn.ModuleList(ResBlock(ROOTED[level], a, b, config.taps, norm, ROOTED[level + 1])
+                                    for level, (a, b) in enumerate(pairs, 1))
 
     def forward(self, x: Tensor) -> list[Tensor]:
         """(21, B, T, 9) -> features of G1, G2, G3: (V, B, T / 1 2 4, C); T a multiple of 4."""
         levels = [self.stem(x)]
-        for block, pool in zip(self.blocks, self.pools):
-            levels.append(pool(block(levels[-1])))
+        for block in self.blocks:
+            levels.append(block(levels[-1]))
         return levels
 
 
@@ -186,7 +186,7 @@ class Objective(nn.Module):
         model, motion = self.system, x.source[..., BODY]
         first, second = self.two_codes(x, step)
         own = model.encode(x.source, x.source_domain)
-        levels = model.trunk(motion.repeat(1, 3, 1, 1))
+        levels = [level.repeat(1, 3, 1, 1) for level in model.trunk(motion)]
         fake, other, same = model.decoder(levels, torch.cat([first, second, own])).chunk(3, dim=1)
         cycled = model.stylize(fake, own)
         return {

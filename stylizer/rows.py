@@ -15,8 +15,8 @@ from stylizer.classifier import Classifier
 from stylizer.labelled import SHORTEST, Take, draw, windows
 from stylizer.live import OWN
 from stylizer.measures import geodesic
-from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.offline import Look, answer, clip_style, stylize
+from stylizer.scaling import Scaled
 from stylizer.streams import Styles, live
 
 TRIALS = 10
@@ -25,7 +25,7 @@ SEGMENT = WARM_UP + SHORTEST
 TOES = CONTACT_JOINTS[1::2]
 CENTI = 100
 TARGET = "target"
-JUDGED = ("sra", "cra", "fmd")
+JUDGED = ("sra", "cra", "fmd", "style_fid")
 FIGURES = (*JUDGED, "geodesic", "skate_cm_s", "jitter_ratio", *(f"drawn_{name}" for name in JUDGED))
 
 Figures = dict[str, list[float] | None]  # [mean, deviation] over the trials
@@ -41,9 +41,9 @@ class Transfer:
     """A network at work, the same way for both modes: (source clip, source take, target take) -> what the network answers,
     as features (frames, 21, 15), and the clip that is drawn, its feet in order."""
 
-    def __init__(self, model: MotionPuzzle, mode: str) -> None:
+    def __init__(self, model: Scaled, mode: str) -> None:
         self.model, self.mode, self.seconds, self.frames = model, mode, 0.0, 0
-        self.style = cache(lambda take: clip_style(model, take.features))
+        self.style = cache(lambda take: clip_style(model, take.features, take.style))
 
     def __call__(self, content: Clip, source: Take, target: Take) -> tuple[np.ndarray, Clip]:
         own, style = self.style(source), self.style(target)
@@ -71,8 +71,10 @@ def real_row(takes: Sequence[Take], judges: Judges, size: int) -> Figures:
         clips = [_segment(random, take.clip) for take in chosen]
         judged = _judged(_windows_of(clips), [t.content for t in chosen], [t.style for t in chosen], judges)
         order = random.permutation(len(chosen))
-        halves = (judges.content.names(_windows_of([clips[i] for i in half]))[1] for half in (order[::2], order[1::2]))
-        trials.append(judged | {"fmd": frechet_distance(*halves), "skate_cm_s": _drawn(clips, clips)["skate_cm_s"]})
+        halves = [_windows_of([clips[i] for i in half]) for half in (order[::2], order[1::2])]
+        distances = {name: frechet_distance(*(judge.names(half)[1] for half in halves))
+                     for name, judge in (("fmd", judges.content), ("style_fid", judges.style))}
+        trials.append(judged | distances | {"skate_cm_s": _drawn(clips, clips)["skate_cm_s"]})
     return _summary(trials)
 
 
@@ -83,8 +85,8 @@ def row(transfer: Transfer, takes: Sequence[Take], judges: Judges, size: int, ti
     targets: the takes whose styles are put on (None: all). same_content: a source walks where its target walks."""
     targets = takes if targets is None else targets
     sources = [take for take in takes if len(take.clip) >= SEGMENT]
-    reference = judges.content.names(np.concatenate(
-        [windows(t.features, np.unique([0, len(t.features) - SHORTEST])) for t in takes]))[1]
+    real = np.concatenate([windows(t.features, np.unique([0, len(t.features) - SHORTEST])) for t in takes])
+    reference = judges.content.names(real)[1], judges.style.names(real)[1]
     trials = []
     for trial in range(TRIALS):
         random = np.random.default_rng(trial)
@@ -110,12 +112,14 @@ def row(transfer: Transfer, takes: Sequence[Take], judges: Judges, size: int, ti
 
 
 def _judged(motion: np.ndarray, content: Sequence[str], style: Sequence[str], judges: Judges,
-            reference: np.ndarray | None = None) -> dict[str, float | None]:
-    """JUDGED of windows (n, SAMPLES, 21, 15), with their labels and the features of real ones."""
-    named_content, features = judges.content.names(motion)
-    named_style, _ = judges.style.names(motion)
+            reference: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, float | None]:
+    """JUDGED of windows (n, SAMPLES, 21, 15), with their labels and what both judges see in real ones."""
+    named_content, of_content = judges.content.names(motion)
+    named_style, of_style = judges.style.names(motion)
+    distances = {name: None if reference is None else frechet_distance(features, real)
+                 for name, features, real in zip(("fmd", "style_fid"), (of_content, of_style), reference or (None, None))}
     return {"sra": float(np.mean(np.array(named_style) == style)), "cra": float(np.mean(np.array(named_content) == content)),
-            "fmd": None if reference is None else frechet_distance(features, reference)}
+            **distances}
 
 
 def _drawn(outputs: Sequence[Clip], contents: Sequence[Clip]) -> dict[str, float]:

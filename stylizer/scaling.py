@@ -13,6 +13,8 @@ from sim.skeleton import JOINT_COUNT
 class Scaled(nn.Module):
     """A network with its configuration (a dataclass) and the mean and deviation of the features of `sim.features`."""
 
+    NOISE = 0  # standard normal numbers that a style by chance is made of; 0: styles come from clips only
+
     def __init__(self, config) -> None:
         super().__init__()
         self.config = config

@@ -136,8 +136,9 @@ class Unpaired(WholeBody):
         return self.style_2d(points.flatten(2)[None] / POINT_SCALE)
 
     def transfer(self, motion: Tensor, codes: Tensor) -> Tensor:
-        """Eq. 1: normalized axes (21, B, T, 6) of windows in the style of codes."""
-        return by_joint(self.decoder(self.content_encoder(whole(motion[..., ROTATION])), codes))
+        """Eq. 1: normalized axes (21, n B, T, 6) of windows (21, B, T, 15), each in n of the styles of codes (n B, code)."""
+        content = self.content_encoder(whole(motion[..., ROTATION]))
+        return by_joint(self.decoder(content.repeat(1, len(codes) // content.shape[1], 1, 1), codes))
 
     def restyled(self, motion: Tensor, codes: Tensor) -> Restyled:
         return Restyled(self.axes(self.transfer(motion, codes)), None)
@@ -230,7 +231,7 @@ class Objective(nn.Module):
         codes = (from_3d + from_2d.mean(0)) / 2  # z_s
         kin, target, target_kin = codes.chunk(3)
 
-        both = model.transfer(torch.cat([x.source, x.source], dim=1), torch.cat([kin, target]))
+        both = model.transfer(x.source, torch.cat([kin, target]))
         rebuilt, restyled = model.posed(both).chunk(2, dim=1)
         fake = judge.feature(whole(restyled))
         with torch.no_grad():

@@ -47,11 +47,9 @@ class WholeBody(Scaled):
         raise NotImplementedError
 
     def code_from_noise(self, noise: Tensor, domain: Tensor) -> Tensor:
-        """Codes (B, C) without a clip, from standard normal numbers (B, n) and domains (B,). Raises ValueError where a system
+        """Codes (B, C) without a clip, from standard normal numbers (B, NOISE) and domains (B,). Raises ValueError where a system
         takes styles from clips only."""
         raise ValueError(f"the {self.KIND} stylizer takes styles from clips only: name a clip or a style")
-
-    NOISE = 0  # n, how many numbers `code_from_noise` wants; 0: it has none
 
     @torch.inference_mode()
     def encode_style(self, windows: np.ndarray, label: str | None = None) -> Tensor:
