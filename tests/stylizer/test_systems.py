@@ -1,0 +1,325 @@
+"""The three whole-body systems: shapes, one overfitted batch each, training that resumes, and the live stylizer."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from sim.features import clip_features
+from sim.skeleton import INDEX, PART_NAMES, PARTS
+from stylizer import diverse, latent, streams, systems, train_systems, unpaired, weights
+from stylizer.blocks import BODY, ROOTED, AdaIN, DomainHead, InstanceNorm, ResBlock, by_joint, whole
+from stylizer.codes import CodeBank, build
+from stylizer.dataset import MotionData, PackedClip
+from stylizer.domains import NOISE, LabelledSampler, label_of, labels_of
+from stylizer.global_motion import changed, rerouted
+from stylizer.offline import Look, clip_style, looks, stylize
+from stylizer.sampler import statistics
+from stylizer.streams import Styles, live
+from stylizer.train_systems import SystemTrainer
+from stylizer.whole_body import completed, joints_by_code, together
+from tests.sim.walker import walking_clip
+from tests.stylizer.test_live import turn
+
+TINY = {"unpaired": replace(unpaired.CONFIG, content=(32, 32), style=(16, 16), judge=(8, 8), code=8, taps=3, views=2, window=16),
+        "diverse": replace(diverse.CONFIG, channels=(12, 16, 16), code=8, hidden=(8, 8, 8), window=16),
+        "latent": replace(latent.CONFIG, pose=(24, 24), latent=16, width=16, content=8, code=4, window=16)}
+LABELS = ("old 1", "proud 1")
+
+
+@pytest.fixture(autouse=True)
+def tiny(monkeypatch):
+    """Networks that learn in a moment under the names of the real ones."""
+    monkeypatch.setattr(systems, "config", lambda network: TINY[network])
+    monkeypatch.setattr(train_systems, "HELD_OUT_BATCHES", 1)
+    monkeypatch.setattr(train_systems, "statistics", lambda sampler: statistics(sampler, 2))
+
+
+@pytest.fixture(scope="module")
+def data():
+    """Two styles, two clips each: one walks as it is, the other leans back, bends its arms and walks with a lower step."""
+    clips, motion, start = [], [], 0
+    for label, shift in (("old", 0.0), ("proud", 0.4)):
+        for take in (1, 2):
+            features = clip_features(walking_clip(120 + 10 * take)).astype(np.float32)
+            features[:, 9:, 3:9] += shift
+            clips.append(PackedClip(f"bandai-namco/dataset-1_walk_{label}_00{take}", label, start, len(features), 1.0))
+            motion.append(features)
+            start += len(features)
+    return MotionData(np.concatenate(motion), clips, {})
+
+
+def model_of(network, seed=0):
+    torch.manual_seed(seed)
+    return systems.module(network).Objective(replace(TINY[network], labels=LABELS)).system.eval()
+
+
+def test_labels_are_told_from_file_names(data):
+    assert label_of("bandai-namco/dataset-2_walk-turn-left_not-confident_012") == "not-confident 2"
+    assert label_of("patchwalk/neutral_3") == label_of("100style-neutral/Neutral_FW") == "neutral"
+    assert label_of("cmu16/16_11") is None
+    assert labels_of(data) == LABELS
+    with pytest.raises(ValueError, match="learns from style labels.*unpack bandai-namco"):
+        labels_of(MotionData(data.motion, data.clips[:2], {}))
+
+
+def test_labelled_windows_are_of_their_domains(data):
+    batch = LabelledSampler(data, LABELS, 16, seed=0).batch(40)
+    assert batch.source.shape == (40, 16, 21, 15) and batch.noise.shape == (40, NOISE)
+    shifted = np.abs(batch.target_kin[:, :, 12, 3].mean(axis=1)) > 0.2  # half of them are mirrored
+    assert np.array_equal(shifted, batch.target_domain == 1) and 5 < shifted.sum() < 35
+    assert np.array_equal(np.abs(batch.kin[:, :, 12, 3].mean(axis=1)) > 0.2, batch.source_domain == 1)
+
+
+def test_a_rooted_graph_tells_neighbours_apart():
+    own, nearer, farther = ROOTED[1].mixing(2)
+    knee, hip, ankle = (INDEX[f"Left{name}"] for name in ("Leg", "UpLeg", "Foot"))
+    assert own[knee, knee] == nearer[knee, hip] == farther[knee, ankle] == 1
+    assert nearer.sum(axis=1)[0] == 0 and np.isclose(farther[0].sum(), 1) and np.count_nonzero(farther[0]) == 3
+    for graph in (*ROOTED.values(), BODY):
+        assert np.count_nonzero(graph.mixing(2).sum(axis=(1, 2))) == (3 if graph.size > 1 else 1)
+
+
+def test_adain_sets_what_the_code_says_and_instance_norm_takes_it_out():
+    x = torch.randn(5, 2, 64, 3) * 4 + 7
+    layer = AdaIN(4, 3)
+    y = layer(x, torch.randn(2, 4))
+    assert torch.allclose(InstanceNorm()(y).mean((0, 2)), torch.zeros(2, 3), atol=1e-4)
+    assert torch.allclose(InstanceNorm()(x), InstanceNorm()(x * 3 + 1), atol=5e-3)
+    scale, bias = layer.affine(torch.zeros(1, 4)).chunk(2, dim=1)
+    z = layer(x, torch.zeros(2, 4))
+    assert torch.allclose(z.mean((0, 2)), bias.expand(2, 3), atol=1e-4)
+    assert torch.allclose(z.std((0, 2)), (1 + scale).abs().expand(2, 3), rtol=0.02)
+
+
+def test_blocks_keep_their_shapes():
+    joints = torch.randn(21, 2, 8, 6)
+    assert ResBlock(ROOTED[1], 6, 10, 3, coarse=ROOTED[2])(joints).shape == (10, 2, 4, 10)
+    assert ResBlock(BODY, 6, 6, 3, lambda channels: AdaIN(4, channels))(joints[:1], torch.randn(2, 4)).shape == (1, 2, 8, 6)
+    assert torch.equal(by_joint(whole(joints)), joints)
+    head, feature = DomainHead(6, 3, 4), torch.randn(2, 6)
+    both = head(feature, torch.tensor([2, 0]))
+    assert torch.allclose(both[0], head.branches(feature)[0, 8:], atol=1e-6) and both.shape == (2, 4)
+
+
+@pytest.mark.parametrize("network", TINY)
+@pytest.mark.parametrize("samples", [16, 40])
+def test_a_system_restyles_windows_of_any_length(network, samples):
+    model = model_of(network)
+    motion = torch.randn(21, 3, samples, 15)
+    codes = model.encode(motion, torch.tensor([0, 1, 0]))
+    axes, hips = model.restyled(motion, codes)
+    assert axes.shape == (21, 3, samples, 6) and (hips is None or hips.shape == (1, 3, samples, 3))
+    other = model.restyled(motion, codes + 1).axes
+    assert (axes - other).abs().max() > 1e-4, "a code makes a difference"
+
+
+@pytest.mark.parametrize("network", TINY)
+def test_one_batch_can_be_learned_by_heart(network, data):
+    trainer = SystemTrainer(data, network)
+    trainer.recipe = replace(trainer.recipe, learning_rate=3e-3)
+    batch = trainer.sampler.batch(4)
+    trainer.sampler.batch = lambda size: batch
+    name, stages = {"unpaired": ("content", [0.0]), "diverse": ("identity", [0.0]),
+                    "latent": ("reconstruction", [0.0, 0.5])}[network]
+    for progress in stages:
+        first = trainer.update(progress)
+        for _ in range(80):
+            last = trainer.update(progress)
+    assert last[name] < 0.6 * first[name]
+
+
+@pytest.mark.parametrize("network", TINY)
+def test_a_resumed_run_is_the_run_that_never_stopped(network, data, tmp_path):
+    for progress in (0.0, 0.5):
+        whole_run, resumed = (SystemTrainer(data, network, seed) for seed in (1, 7))
+        for step in range(4):
+            if step == 2:
+                whole_run.keep(tmp_path / "checkpoint.pt")
+            whole_run.update(progress)
+        resumed.restore(tmp_path / "checkpoint.pt")
+        for _ in range(2):
+            resumed.update(progress)
+        for part in ("objective", "average"):
+            for a, b in zip(getattr(whole_run, part).state_dict().values(), getattr(resumed, part).state_dict().values()):
+                assert torch.equal(a, b)
+
+
+def test_a_phase_changes_only_what_learns_in_it(data):
+    trainer = SystemTrainer(data, "latent")
+    before = {name: value.clone() for name, value in trainer.model.named_parameters()}
+    trainer.update(0.9)
+    changed = {name.split(".")[0] for name, value in trainer.model.named_parameters() if not torch.equal(value, before[name])}
+    assert changed == {"content_encoder", "style_encoder", "generator"}
+
+
+def test_unlabelled_and_variational_latent_learn_too(data, monkeypatch):
+    for change in ({"labelled": False}, {"variational": True}):
+        config = replace(TINY["latent"], **change)
+        monkeypatch.setattr(systems, "config", lambda network, config=config: config)
+        trainer = SystemTrainer(data, "latent")
+        found = trainer.update(0.0) | trainer.update(0.9)
+        assert all(np.isfinite(value) for value in found.values()) and "reconstruction" in found
+    assert ("spread" in found) and ("size" not in found)
+
+
+def test_a_view_is_the_body_turned_and_its_depth_dropped():
+    model = model_of("unpaired")
+    motion = torch.zeros(21, 1, 4, 15)
+    motion[INDEX["LeftHand"], ..., :3] = torch.tensor([0.5, 1.0, 0.2])
+    hand = unpaired.POINTS.index("LeftHand")
+    front, side = (model.projected(motion, torch.tensor([yaw]), torch.tensor([scale]))[0, 0, hand]
+                   for yaw, scale in ((0.0, 1.0), (torch.pi / 2, 2.0)))
+    assert torch.allclose(front, torch.tensor([0.5, 1.0]), atol=1e-5)  # its left is to the right of who faces it
+    assert torch.allclose(side, torch.tensor([-0.4, 2.0]), atol=1e-5)
+
+
+def test_a_completed_body_has_our_bones_and_true_velocities():
+    content = clip_features(walking_clip(90))[::2]
+    same = completed(content, content[..., 3:9], content[..., 0, :3])
+    assert np.allclose(same[1:, :, :9], content[1:, :, :9], atol=1e-6)
+    assert np.allclose(same[2:, :, 9:12], content[2:, :, 9:12], atol=0.02)
+    standing = completed(content, content[..., 3:9], None)
+    assert np.allclose(standing[..., :9], same[..., :9], atol=1e-6)
+
+
+def test_parts_take_what_the_answer_in_their_own_style_says():
+    joints = joints_by_code([("a",), None, ("b",), ("a",), None])
+    assert set(joints[("a",)]) == set(PARTS["left_leg"] + PARTS["left_arm"]) and set(joints[("b",)]) == set(PARTS["spine"])
+    result = together(np.zeros((2, 21, 15)), {("a",): np.ones((2, 21, 15)), ("b",): np.full((2, 21, 15), 2.0)}, joints)
+    assert result[:, 1].min() == 1 and result[:, 9].max() == 2 and result[:, [5, 17]].max() == 0
+
+
+# ---- the bank, live and offline -----------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def poses():
+    return streams.poses(walking_clip(60))
+
+
+@pytest.fixture(params=TINY)
+def bank(request, tmp_path, monkeypatch, walk_file):
+    """A code bank of the bundled neutral style and one of the user's own, `limp`."""
+    model = model_of(request.param)
+    with torch.no_grad():
+        for name, parameter in model.named_parameters():
+            if "affine" in name:
+                parameter.mul_(4)  # untrained, the styles would hardly differ
+    features = clip_features(walking_clip())
+    model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
+    monkeypatch.setattr(weights, "FOLDER", tmp_path / "weights")
+    weights.save(model, weights.FOLDER / f"{request.param}.safetensors", licence="none")
+    build(request.param, weights.FOLDER, tmp_path, tmp_path / "styles")
+    bank = CodeBank(request.param, tmp_path / "styles", tmp_path / "user")
+    bank.add(walk_file, "limp")
+    return bank
+
+
+def test_a_bank_knows_its_styles_again(bank):
+    again = CodeBank(bank.name, bank.bundled, bank.user)
+    assert again.names == bank.names and {"neutral", "limp"} < {*bank.names, "x"}
+    assert all(torch.equal(again[name], bank[name]) for name in bank.names)
+    with pytest.raises(ValueError, match="comes with Patchwalk"):
+        bank.remove("neutral")
+    bank.remove("limp")
+    assert "limp" not in CodeBank(bank.name, bank.bundled, bank.user).names
+
+
+def test_styles_of_chance_are_drawn_anew(bank):
+    if bank.model.KIND == "unpaired":
+        assert not bank.drawn
+        with pytest.raises(ValueError, match="clips only"):
+            bank.model.code_from_noise(torch.zeros(1, 4), torch.zeros(1, dtype=torch.long))
+        return
+    assert set(bank.drawn) == {"drawn-old-1", "drawn-proud-1"} < set(bank.names)
+    before = bank["drawn-old-1"]
+    bank.reroll()
+    assert not torch.equal(before, bank["drawn-old-1"])
+    bank.reroll(0)
+    assert torch.equal(before, bank["drawn-old-1"])
+
+
+def test_a_user_style_added_for_one_stylizer_is_there_for_motion_puzzle(bank):
+    from stylizer.bank import checked, kept_windows
+    header, tensors = checked(bank.user / "limp.safetensors")
+    assert kept_windows(tensors).shape == (3, 32, 21, 15) and header["weights"] == bank.fingerprint
+
+
+def test_live_restyles_only_what_is_worn_and_repeats(bank, poses):
+    from stylizer.whole_body_live import WholeBodyStylizer
+    poses = poses[:40]
+    styled = [live_stream(WholeBodyStylizer, bank, poses, {"left_arm": ("limp", 1.0)}) for _ in range(2)]
+    for first, second, neutral in zip(*styled, poses):
+        assert np.array_equal(first.rotations, second.rotations)
+        others = [joint for joint in range(21) if joint not in PARTS["left_arm"]]
+        assert np.array_equal(first.rotations[others], neutral.rotations[others])
+    assert turn(styled[0][-1], poses[-1])[13:17].max() > 0.02
+    assert all(a is b for a, b in zip(live_stream(WholeBodyStylizer, bank, poses[:5], {}), poses))
+
+
+def live_stream(kind, bank, poses, style):
+    from sim.ring_buffer import RingBuffer
+    stylizer, history, styled = kind(bank), RingBuffer(), []
+    for pose in poses:
+        history.push(pose)
+        styled.append(stylizer.step(history.window(), pose, style))
+    return styled
+
+
+def test_offline_and_evaluation_speak_to_a_system_as_to_motion_puzzle(bank):
+    walk = walking_clip(100)
+    worn = {"right_arm": ("limp", 1.0), "left_arm": ("neutral", 0.5, "limp", 0.5)}
+    styled = stylize(bank.model, walk, looks(bank, worn))
+    apart = np.abs(np.sum(styled.rotations * walk.rotations, axis=-1)).min(axis=0) < 1 - 1e-6
+    assert set(np.flatnonzero(apart)) == set(PARTS["left_arm"] + PARTS["right_arm"])
+    code = clip_style(bank.model, clip_features(walk), "old 1")
+    result = live(Styles(bank.model, {"neutral": code, "target": code + 1}), walk, lambda _: {"spine": ("target", 1.0)})
+    assert result.answers.shape == (100, 21, 15) and stylize(bank.model, walk, {"spine": Look(code)})
+
+
+def test_global_motion(bank):
+    walk = walking_clip(120)
+    worn = dict.fromkeys(PART_NAMES, ("limp", 1.0))
+    if bank.model.KIND == "unpaired":
+        bank._speeds["limp"] = 2 * bank.speed_of("neutral")
+        from stylizer.whole_body import velocity_factor
+        pace = bank._speeds["limp"] / velocity_factor(clip_features(walk))
+        assert abs(len(changed(bank, walk, walk, worn)) - 120 / np.clip(pace, 0.5, 2)) < 2
+    elif bank.model.KIND == "latent":
+        moved = rerouted(bank.model, walk)
+        assert len(moved) == 120 and np.allclose(moved.rotations[:, 1:], walk.rotations[:, 1:])
+        assert np.allclose(moved.hips[:, 1], walk.hips[:, 1]) and np.allclose(moved.hips[0], walk.hips[0], atol=1e-6)
+    else:
+        with pytest.raises(ValueError, match="leave --global-motion out"):
+            changed(bank, walk, walk, worn)
+
+
+def test_a_stylizer_takes_over_without_a_jump(bank, poses):
+    from sim.ring_buffer import RingBuffer
+    from stylizer.whole_body_live import WholeBodyStylizer
+    stylizer, history, styled = WholeBodyStylizer(bank), RingBuffer(), []
+    worn = {"left_arm": ("limp", 1.0)}
+    for frame, pose in enumerate(poses):
+        history.push(pose)
+        if frame == 40:
+            other = WholeBodyStylizer(Shifted(bank))
+            other.take_over(stylizer)
+            stylizer = other
+        styled.append(stylizer.step(history.window(), pose, worn))
+    steps = [turn(a, b)[13:17].max() for a, b in zip(styled[1:], styled)]
+    assert steps[39] < 0.35 * max(turn(styled[-1], styled[39])[13:17].max(), 0.05) + max(steps[30:39])
+
+
+class Shifted:
+    """The same system, in which every style is another."""
+
+    def __init__(self, bank):
+        self.model, self.names, self.drawn, self._bank = bank.model, bank.names, {}, bank
+
+    def __getitem__(self, name):
+        return self._bank[name] + 2
+
+    def refresh(self):
+        pass
