@@ -5,10 +5,10 @@ the foot's displacement from the content's own that stands still while the conte
 slides exactly as little as the captured one, nothing jumps, and a clip that is not restyled stays as it is."""
 
 import numpy as np
-from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
 
 from sim.clip import FPS
+from sim.curves import smoothest
 from sim.limbs import KNEES_FORWARD, LEGS, reach
 from sim.pose import Pose
 from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS
@@ -43,27 +43,6 @@ def feet_in_order(styled: Pose, content: Pose) -> Pose:
     return reach(styled.with_body(hips, styled.rotations), LEGS, targets, KNEES_FORWARD, REACH)
 
 
-def smoothest(target: np.ndarray, weight: np.ndarray, stillness: np.ndarray, fade: float) -> np.ndarray:
-    """The curve c (frames, n) of least curvature that follows `target` by `weight`, stands still over each step by
-    `stillness` (frames - 1) relative to target, and else fades to 0 over about `fade` frames.
-
-    Minimizes |c''|^2 + (c / fade^2)^2 + weight (c - target)^2 + stillness (c' - target')^2."""
-    frames = len(target)
-    bands = np.zeros((3, frames))
-    for a, curve_a in enumerate((1.0, -2.0, 1.0)):
-        for b in range(a, 3):
-            bands[2 - (b - a), b:frames - 2 + b] += curve_a * (1.0, -2.0, 1.0)[b]
-    bands[2] += fade**-4 + weight
-    pull = weight[:, None] * target
-    bands[2, :-1] += stillness
-    bands[2, 1:] += stillness
-    bands[1, 1:] -= stillness
-    step = stillness[:, None] * np.diff(target, axis=0)
-    pull[:-1] -= step
-    pull[1:] += step
-    return solveh_banded(bands, pull)
-
-
 def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     """What to add to one foot (frames, 3): ours, theirs (frames, 2, 3) its ankle and toe, contacts (frames, 2) theirs."""
     hold, bearing = contacts.max(axis=1), contacts.argmax(axis=1)
@@ -71,12 +50,12 @@ def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> n
     apart = ours - theirs
     moved = np.diff(apart, axis=0)[frames[1:] - 1, bearing[1:]]  # of the joint that carries the weight
     still = np.minimum(hold[1:], hold[:-1]) ** 2
-    across = smoothest(-np.concatenate([np.zeros((1, 3)), moved.cumsum(axis=0)]), np.zeros(len(ours)), still, FADE)
+    across = smoothest(-np.concatenate([np.zeros((1, 3)), moved.cumsum(axis=0)]), 0.0, still, FADE)
     low = ours[..., 1].min(axis=1)
     clear = np.minimum(theirs[..., 1].min(axis=1), CLEARANCE) - low
     height = np.where(hold > 0, np.maximum(-apart[frames, bearing, 1], clear), clear)
-    up = smoothest(height[:, None], np.maximum(hold, clear > 0), np.zeros(len(ours) - 1), FADE)
-    return np.stack([across[:, 0], up[:, 0], across[:, 2]], axis=1)
+    up = smoothest(height, np.maximum(hold, clear > 0), 0.0, FADE)
+    return np.stack([across[:, 0], up, across[:, 2]], axis=1)
 
 
 def _drop(hips: np.ndarray, targets: np.ndarray, stretch: np.ndarray) -> np.ndarray:

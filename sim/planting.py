@@ -5,15 +5,16 @@ Whole clips can be looked ahead in: no release is needed as in the live foot loc
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
 
 from sim import rotations as rot
 from sim.clip import Clip, root_frame
 from sim.contacts import foot_contacts
+from sim.curves import smoothest
 from sim.kinematics import forward_kinematics, to_local, two_bone_ik
 from sim.limbs import KNEES_FORWARD, LEGS, height_missing
 from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT
+from sim.vectors import FLOOR
 
 FADE_SECONDS = 0.12  # over which a correction grows before a foot lands and is gone after it has lifted
 EDGE_SECONDS = 0.05  # over which a contact's hold sets in: a landing foot is slowed down, not stopped dead
@@ -40,10 +41,8 @@ def planted(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
     positions = forward_kinematics(clip.hips, rotations)
     feet = positions[:, CONTACT_JOINTS]
     wanted = feet.copy()
-    fade = FADE_SECONDS * clip.fps
     for joint in range(4):
-        for axis in (0, 2):
-            wanted[:, joint, axis] += _hold_still(feet[:, joint, axis], hold[:, joint], fade)
+        wanted[:, joint] += FLOOR * _still(feet[:, joint], hold[:, joint], clip.fps)
     for toe in (1, 3):
         flat = np.minimum(hold[:, toe - 1], hold[:, toe])
         wanted[:, toe, 1] += _level(feet[:, toe], hold[:, toe], flat, clip.fps)
@@ -103,17 +102,10 @@ def _stand(hips: np.ndarray, rotations: np.ndarray, positions: np.ndarray, ankle
     return result
 
 
-def _hold_still(x: np.ndarray, hold: np.ndarray, fade: float) -> np.ndarray:
-    """The smooth correction (frames,) whose steps undo those of x while hold (frames,) is 1."""
-    step, weight = np.diff(x), np.minimum(hold[:-1], hold[1:]) ** 2
-    pull = np.zeros(len(x))
-    pull[:-1] += weight * step
-    pull[1:] -= weight * step
-    bands = _smoothness(1 - hold, fade)
-    bands[-1, :-1] += weight
-    bands[-1, 1:] += weight
-    bands[-2, 1:] -= weight
-    return solveh_banded(bands, pull)
+def _still(joint: np.ndarray, hold: np.ndarray, fps: float) -> np.ndarray:
+    """The smooth correction (frames, 3) whose steps undo those of a joint (frames, 3) while hold (frames,) is 1."""
+    held = np.minimum(hold[:-1], hold[1:]) ** 2
+    return smoothest(-joint, 0.0, held / SOFTNESS, FADE_SECONDS * fps, np.maximum(1 - hold, NEVER_FREE))
 
 
 def _level(toe: np.ndarray, hold: np.ndarray, flat: np.ndarray, fps: float) -> np.ndarray:
@@ -122,19 +114,6 @@ def _level(toe: np.ndarray, hold: np.ndarray, flat: np.ndarray, fps: float) -> n
     speed = np.linalg.norm(np.gradient(toe[:, [0, 2]], 1 / fps, axis=0), axis=-1)
     swing = np.clip((speed - SWING_SPEED[0]) / (SWING_SPEED[1] - SWING_SPEED[0]), 0.0, 1.0) * (1 - hold)
     missing = TOE_HEIGHT - toe[:, 1]
-    bands = _smoothness(np.ones(len(toe)), FADE_SECONDS * fps)
-    bands[-1] += hold + swing
-    onto = flat * missing + (hold - flat) * np.maximum(missing, 0.0)
-    return solveh_banded(bands, onto + swing * np.maximum(missing + CLEARANCE, 0.0))
-
-
-def _smoothness(free: np.ndarray, fade: float) -> np.ndarray:
-    """Upper bands (3, frames) of the cost of a correction c: its squared second differences, and c itself where it is free
-    (frames,), so weighted that it fades there over about `fade` frames."""
-    frames = len(free)
-    bands = np.zeros((3, frames))
-    for lag, a, b in ((0, (1.0, -2.0, 1.0), (1.0, -2.0, 1.0)), (1, (1.0, -2.0), (-2.0, 1.0)), (2, (1.0,), (1.0,))):
-        for i, product in enumerate(np.multiply(a, b)):
-            bands[2 - lag, lag + i:frames - 2 + i + lag] += product
-    bands[-1] += fade**-4 * np.maximum(free, NEVER_FREE)
-    return SOFTNESS * bands
+    weight = hold + swing
+    pull = flat * missing + (hold - flat) * np.maximum(missing, 0.0) + swing * np.maximum(missing + CLEARANCE, 0.0)
+    return smoothest(pull / np.maximum(weight, 1e-9), weight / SOFTNESS, 0.0, FADE_SECONDS * fps)
