@@ -9,9 +9,10 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
 
 from sim.clip import FPS
 from sim.curves import smoothest
-from sim.limbs import KNEES_FORWARD, LEGS, reach
+from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing, reach
 from sim.pose import Pose
-from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS
+from sim.skeleton import CONTACT_JOINTS
+from sim.vectors import UP
 
 FADE = 0.15 * FPS  # frames over which a correction comes before a contact and goes after it
 EDGE = 3  # frames over which a contact's hold sets in
@@ -19,8 +20,6 @@ LEVEL_SECONDS = 0.1  # the body rises and sinks no quicker (Gaussian sigma)
 CLEARANCE = 0.05  # metres: a lifted foot stays as high as the content's up to this
 REACH = 0.9999  # share of a leg's length that is used
 STRETCH = 0.98  # share over which the hips sink, unless the content's own leg is stretched more
-LEG_LENGTH = sum(float(np.linalg.norm(BONE_OFFSETS[joint[0]])) for joint in LEGS[1:])
-UP = np.array([0.0, 1.0, 0.0])
 LONGEST_DROP = 0.25  # metres that the hips sink at most to let a foot reach its place
 
 
@@ -60,10 +59,7 @@ def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> n
 
 def _drop(hips: np.ndarray, targets: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """How far (frames,) the hips sink so that legs from (frames, 2, 3), no longer than (frames, 2), reach their ankles."""
-    way = hips - targets
-    across = np.minimum(np.hypot(way[..., 0], way[..., 2]), 0.9 * stretch)
-    missing = way[..., 1] - np.sqrt(stretch**2 - across**2)
-    needed = np.clip(missing.max(axis=1), 0.0, LONGEST_DROP)
+    needed = np.clip(height_missing(hips, targets, stretch).max(axis=1), 0.0, LONGEST_DROP)
     return _slowly(maximum_filter1d(needed, 4 * round(LEVEL_SECONDS * FPS) + 1, mode="nearest"))
 
 

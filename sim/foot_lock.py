@@ -6,7 +6,7 @@ import numpy as np
 
 from sim import rotations as rot
 from sim.clip import FPS
-from sim.limbs import KNEES_FORWARD, LEGS, height_missing, reach
+from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing, reach
 from sim.pose import Pose
 from sim.skeleton import CONTACT_JOINTS, TOE_HEIGHT
 from sim.springs import decay, spring_step
@@ -104,7 +104,7 @@ class FootLock:
 
     def _drop(self, hips: np.ndarray, targets: np.ndarray) -> float:
         """How far the hips sink so that legs from (2, 3) reach ankles at (2, 3)."""
-        wanted = float(np.clip(height_missing(hips, targets, REACH).max(), 0.0, LONGEST_DROP))
+        wanted = float(np.clip(height_missing(hips, targets, REACH * LEG_LENGTH).max(), 0.0, LONGEST_DROP))
         self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, DROP_HALFLIFE, DT)
         return self.hips
 

@@ -12,7 +12,7 @@ from sim.clip import Clip, root_frame
 from sim.contacts import foot_contacts
 from sim.curves import smoothest
 from sim.kinematics import forward_kinematics, to_local, two_bone_ik
-from sim.limbs import KNEES_FORWARD, LEGS, height_missing
+from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing
 from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT
 from sim.vectors import FLOOR
 
@@ -62,7 +62,7 @@ def strided(clip: Clip, factor: float) -> Clip:
     feet = positions[:, CONTACT_JOINTS].reshape(-1, 2, 2, 3)
     shift = further * feet[:, :, :1]  # of a foot as a whole, which keeps its length
     sockets = positions[:, LEGS[0]] + (hips - clip.hips)[:, None]
-    missing = height_missing(sockets, feet[:, :, 0] + shift[:, :, 0], REACH).max(axis=1).clip(min=0.0)
+    missing = height_missing(sockets, feet[:, :, 0] + shift[:, :, 0], REACH * LEG_LENGTH).max(axis=1).clip(min=0.0)
     window = round(DROP_SECONDS * clip.fps)
     hips = hips - gaussian_filter1d(maximum_filter1d(missing, window), window / 4)[:, None] * np.array([0.0, 1.0, 0.0])
     return replace(clip, hips=hips, rotations=to_local(_stand(

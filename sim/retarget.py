@@ -13,6 +13,7 @@ from sim import rotations as rot
 from sim.alignment import alignment
 from sim.clip import Clip
 from sim.kinematics import to_local
+from sim.limbs import LEG_LENGTH
 from sim.skeleton import BONE_OFFSETS, INDEX, JOINT_COUNT, JOINTS, PARENTS
 from sim.source_body import SourceBody
 
@@ -40,7 +41,6 @@ def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None) -> Clip
                                else rotations[:, PARENTS[joint]])  # what they lack keeps its parent's direction
 
     # The legs carry the body: what is scaled, by leg length, is the point between the hip joints, so that strides fit.
-    ours = sum(np.linalg.norm(BONE_OFFSETS[INDEX[name]]) for name in ("LeftLeg", "LeftFoot"))
     between_hips = (BONE_OFFSETS[INDEX["LeftUpLeg"]] + BONE_OFFSETS[INDEX["RightUpLeg"]]) / 2
-    hips = body.between_hips() * (ours / body.leg_length()) - rot.rotate(rotations[:, 0], between_hips)
+    hips = body.between_hips() * (LEG_LENGTH / body.leg_length()) - rot.rotate(rotations[:, 0], between_hips)
     return Clip(hips, rot.continuous(to_local(rotations)), motion.fps)
