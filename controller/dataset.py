@@ -18,7 +18,7 @@ from sim.clip import FPS, Clip, root_frame
 from sim.contacts import foot_contacts
 from sim.planting import planted, strided
 from sim.retarget import load_clip
-from sim.skeleton import CONTACT_JOINTS
+from sim.skeleton import TOES
 
 # Clips that a neutral walker should not learn from: not locomotion, walks in a style of their own, or captures whose feet are
 # broken (CMU 69_35, the ACCAD man's runs: a foot points backward, hips run at knee height). Matched against the path.
@@ -169,7 +169,7 @@ def _local_velocity(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
 
 def feet_can_be_trusted(clip: Clip) -> bool:
     """Whether each foot, while planted, has its toe on the floor: some captures have a broken foot or two floors."""
-    toes, contacts = clip.positions()[:, CONTACT_JOINTS[1::2], 1], foot_contacts(clip).reshape(-1, 2, 2).max(axis=2) > 0
+    toes, contacts = clip.positions()[:, TOES, 1], foot_contacts(clip).reshape(-1, 2, 2).max(axis=2) > 0
     means = [toes[contacts[:, foot], foot].mean() for foot in (0, 1) if contacts[:, foot].any()]
     return all(PLANTED_TOE[0] < mean < PLANTED_TOE[1] for mean in means)
 

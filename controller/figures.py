@@ -26,12 +26,11 @@ from controller.suite import FACING_FORWARD, INSTANTS, SPEEDS, TURNS, Motion, Pl
 from sim import rotations as rot
 from sim.clip import FPS
 from sim.measures import foot_skate, frechet_distance, jerk, pose_and_velocity
-from sim.skeleton import CONTACT_JOINTS, TOE_HEIGHT
+from sim.skeleton import TOE_HEIGHT, TOES
 
 SETTLED_SECONDS = 1.0  # after a wish has changed, speed and direction are held to it
 WALKING, RUNNING = 1, 2  # columns of Motion.gait
 GAITS_MEASURED = ((WALKING, "walk"), (RUNNING, "run"))
-TOES = CONTACT_JOINTS[1::2]
 JERKS = (("m_s3", 1), ("30_hz_m_s3", 2))  # unit and rate in the name, and every which frame is looked at
 HALVINGS = 20  # ways to cut the real clips in two that are averaged
 ANGLE_MARGIN = math.radians(10)

@@ -8,7 +8,7 @@ from sim import rotations as rot
 from sim.clip import FPS
 from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing, reach
 from sim.pose import Pose
-from sim.skeleton import CONTACT_JOINTS, TOE_HEIGHT
+from sim.skeleton import CONTACT_JOINTS, TOE_HEIGHT, TOES
 from sim.springs import decay, spring_step
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
@@ -29,7 +29,6 @@ LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its
 REACH = 0.995  # share of the leg's length that is used
 
 UP_LEG, LEG, FOOT = LEGS
-TOE = CONTACT_JOINTS[1::2]
 DT = 1 / FPS
 
 
@@ -59,7 +58,7 @@ class FootLock:
         targets = feet[:, 0] + correction
         drop = self._drop(styled.positions[UP_LEG] + np.array([0.0, clearance, 0.0]), targets)
         rotations = styled.rotations.copy()
-        for joint in (FOOT, TOE):
+        for joint in (FOOT, TOES):
             rotations[joint] = rot.multiply(turns, rotations[joint])
         body = styled.with_body(styled.hips + np.array([0.0, clearance - drop, 0.0]), rotations)
         return replace(reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.ravel())

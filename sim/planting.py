@@ -13,7 +13,7 @@ from sim.contacts import foot_contacts
 from sim.curves import smoothest
 from sim.kinematics import forward_kinematics, to_local, two_bone_ik
 from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing
-from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT
+from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT, TOES
 from sim.vectors import FLOOR
 
 FADE_SECONDS = 0.12  # over which a correction grows before a foot lands and is gone after it has lifted
@@ -25,8 +25,7 @@ SOFTNESS = 2.0  # of the hold: a landing foot is stopped over about the square r
 NEVER_FREE = 1e-4  # how much a held correction counts as free, lest a foot that always stands has no place of its own
 HANDOVER_SECONDS = 0.05  # over which the toe takes over from the ankle what holds a rolling foot
 REACH = 1.0  # share of a leg's length that is used: a captured leg that is straight stays so
-TOE = CONTACT_JOINTS[1::2]
-FOOT_LENGTH = float(np.linalg.norm(BONE_OFFSETS[TOE[0]]))
+FOOT_LENGTH = float(np.linalg.norm(BONE_OFFSETS[TOES[0]]))
 
 
 def planted(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
@@ -96,8 +95,8 @@ def _stand(hips: np.ndarray, rotations: np.ndarray, positions: np.ndarray, ankle
     for joint, turn in zip((upper, lower), turns):
         result[:, joint] = rot.multiply(turn, rotations[:, joint])
     moved = forward_kinematics(hips, result)
-    aim = rot.between(rot.normalize(moved[:, TOE] - moved[:, foot]), rot.normalize(toes - moved[:, foot]))
-    for joint in (foot, TOE):
+    aim = rot.between(rot.normalize(moved[:, TOES] - moved[:, foot]), rot.normalize(toes - moved[:, foot]))
+    for joint in (foot, TOES):
         result[:, joint] = rot.multiply(aim, result[:, joint])
     return result
 
