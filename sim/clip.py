@@ -13,7 +13,8 @@ from sim.skeleton import CONTACT_JOINTS, INDEX, MIRROR, TOE_HEIGHT
 FPS = 60
 ROOT_SMOOTHING = 0.15  # seconds (Gaussian sigma): the root follows the way, not the sway of each step
 STILL_SPEED = 0.3  # metres a second under which the lowest joint of the feet counts as standing on the floor
-MIRROR_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])  # reflection through the YZ plane
+# Reflection through the YZ plane, of positions and of rotations: left becomes right.
+MIRROR_POSITION, MIRROR_QUATERNION = np.array([-1.0, 1.0, 1.0]), np.array([1.0, 1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Clip:
 
     def mirrored(self) -> "Clip":
         """Left and right exchanged."""
-        return replace(self, hips=self.hips * np.array([-1.0, 1.0, 1.0]),
+        return replace(self, hips=self.hips * MIRROR_POSITION,
                        rotations=self.rotations[:, MIRROR] * MIRROR_QUATERNION, name=self.name + "-mirrored")
 
     def grounded(self) -> "Clip":
