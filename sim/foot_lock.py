@@ -8,12 +8,14 @@ from sim import rotations as rot
 from sim.clip import FPS
 from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing, reach
 from sim.pose import Pose
+from sim.ramps import smooth_step
 from sim.skeleton import CONTACT_JOINTS, TOE_HEIGHT, TOES
 from sim.springs import decay, spring_step
+from sim.vectors import FLOOR, UP, limited
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
 HEIGHT_HALFLIFE = 0.05  # seconds, for a foot's way to the floor
-HIPS_HALFLIFE = 0.15  # seconds, for the height of a styled body
+RISE_HALFLIFE = 0.15  # seconds, for the height of a styled body
 DROP_HALFLIFE = 0.03  # seconds, for hips that sink to let a leg reach
 CLEARANCE = 0.055  # metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower
 SWING_SPEEDS = (0.4, 1.2)  # metres a second over the floor between which a lifted foot counts as swinging
@@ -28,7 +30,7 @@ LONGEST_TURN = 0.03  # metres that its toe is held back at most, about 12 degree
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
 REACH = 0.995  # share of the leg's length that is used
 
-UP_LEG, LEG, FOOT = LEGS
+UP_LEG, _, FOOT = LEGS
 DT = 1 / FPS
 
 
@@ -38,42 +40,42 @@ class FootLock:
 
     def __init__(self) -> None:
         self.joints: np.ndarray | None = None  # (2, 2, 3): left and right, ankle and toe, as they came in the last frame
-        self.slip, self.slip_rate = np.zeros((2, 3)), np.zeros((2, 3))  # the horizontal correction of each foot
+        self.slip = _HeldBack(LONGEST_CORRECTION)  # the horizontal correction of each foot
         self.height, self.height_rate = np.zeros(2), np.zeros(2)  # the vertical one
-        self.hips, self.hips_rate = 0.0, 0.0
-        self.lift, self.lift_rate = 0.0, 0.0
+        self.rise, self.rise_rate = 0.0, 0.0  # of the whole body, as the style's crouch or tiptoe asks
+        self.drop, self.drop_rate = 0.0, 0.0  # of the hips, as a leg asks that cannot reach
         self.settling = _SettlingStep()
         self.attitude = _Attitude()
         self.stance = np.zeros((2, 3))  # where the style puts each foot beside the neutral one, in the character's facing
 
     def step(self, styled: Pose, neutral: Pose) -> Pose:
         """The styled pose with its feet in order. Joints keep their bones' length; arms and spine ride along unturned."""
-        contacts, raised = self.settling.step(neutral.contacts.reshape(2, 2), self.slip)
-        clearance = self._clearance(styled, neutral)
-        feet = styled.positions[CONTACT_JOINTS].reshape(2, 2, 3) + np.array([0.0, clearance, 0.0])
+        contacts, raised = self.settling.step(neutral.contacts.reshape(2, 2), self.slip.vectors)
+        rise = self._rise(styled, neutral)
+        feet = styled.positions[CONTACT_JOINTS].reshape(2, 2, 3) + rise * UP
         feet += self._stride(styled, neutral)[:, None]
         feet, turns = self.attitude.step(feet, contacts)
         neutral_low = neutral.positions[CONTACT_JOINTS, 1].reshape(2, 2).min(axis=1)
         correction = self._plant(feet, contacts, neutral_low + raised)
         targets = feet[:, 0] + correction
-        drop = self._drop(styled.positions[UP_LEG] + np.array([0.0, clearance, 0.0]), targets)
+        drop = self._drop(styled.positions[UP_LEG] + rise * UP, targets)
         rotations = styled.rotations.copy()
         for joint in (FOOT, TOES):
             rotations[joint] = rot.multiply(turns, rotations[joint])
-        body = styled.with_body(styled.hips + np.array([0.0, clearance - drop, 0.0]), rotations)
+        body = styled.with_body(styled.hips + (rise - drop) * UP, rotations)
         return replace(reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.ravel())
 
-    def _clearance(self, styled: Pose, neutral: Pose) -> float:
+    def _rise(self, styled: Pose, neutral: Pose) -> float:
         """How far the body rises so that its lowest foot is as high over the floor as the neutral one's: crouch or tiptoe."""
         wanted = _lowest(neutral) - _lowest(styled)
-        self.lift, self.lift_rate = spring_step(self.lift, self.lift_rate, wanted, HIPS_HALFLIFE, DT)
-        return self.lift
+        self.rise, self.rise_rate = spring_step(self.rise, self.rise_rate, wanted, RISE_HALFLIFE, DT)
+        return self.rise
 
     def _stride(self, styled: Pose, neutral: Pose) -> np.ndarray:
         """What to add to each foot (2, 3) so that it strides as the neutral one does, about the style's own stance.
 
         The root goes the content's way at the content's speed: another stride under it could only slide."""
-        apart = neutral.to_character(styled.positions[FOOT] - neutral.positions[FOOT]) * np.array([1.0, 0.0, 1.0])
+        apart = neutral.to_character(styled.positions[FOOT] - neutral.positions[FOOT]) * FLOOR
         self.stance += (apart - self.stance) * (1 - decay(STANCE_HALFLIFE, DT))
         return neutral.to_world(self.stance - apart)
 
@@ -82,30 +84,40 @@ class FootLock:
         moved = feet - (feet if self.joints is None else self.joints)
         self.joints = feet
         bearing = contacts.argmax(axis=1)  # the joint that carries the weight: ankle or toe
-        planted = _planted(contacts.max(axis=1, keepdims=True))
-        against = -moved[[0, 1], bearing] * np.array([1.0, 0.0, 1.0])
-        held, held_rate = self.slip + against, against / DT
-        free, free_rate = spring_step(self.slip, self.slip_rate, 0.0, RELEASE_HALFLIFE, DT)
-        self.slip = free + (held - free) * planted
-        self.slip_rate = free_rate + (held_rate - free_rate) * planted
-        length = np.linalg.norm(self.slip, axis=1, keepdims=True)
-        self.slip *= np.minimum(1.0, LONGEST_CORRECTION / np.maximum(length, 1e-9))
+        planted = smooth_step(contacts.max(axis=1), LIFTED, PLANTED)
+        against = -moved[[0, 1], bearing] * FLOOR
+        slip = self.slip.step(against, planted)
 
         low = feet[:, :, 1].min(axis=1)
         to_floor = TOE_HEIGHT - low
-        speed = np.linalg.norm(against, axis=1) / DT
-        swinging = _smooth_step((speed - SWING_SPEEDS[0]) / (SWING_SPEEDS[1] - SWING_SPEEDS[0]))
+        swinging = smooth_step(np.linalg.norm(against, axis=1) / DT, *SWING_SPEEDS)
         to_clear = np.maximum(np.clip(neutral_low, TOE_HEIGHT, CLEARANCE), TOE_HEIGHT + swinging * (CLEARANCE - TOE_HEIGHT)) - low
-        wanted = np.maximum(to_clear, 0.0) * (1 - planted[:, 0]) + to_floor * planted[:, 0]
+        wanted = np.maximum(to_clear, 0.0) * (1 - planted) + to_floor * planted
         self.height, self.height_rate = spring_step(self.height, self.height_rate, wanted, HEIGHT_HALFLIFE, DT)
         up = np.maximum(self.height, to_floor - 0.5 * TOE_HEIGHT)  # the spring may lag, the floor may not be pierced
-        return self.slip + up[:, None] * np.array([0.0, 1.0, 0.0])
+        return slip + up[:, None] * UP
 
     def _drop(self, hips: np.ndarray, targets: np.ndarray) -> float:
         """How far the hips sink so that legs from (2, 3) reach ankles at (2, 3)."""
         wanted = float(np.clip(height_missing(hips, targets, REACH * LEG_LENGTH).max(), 0.0, LONGEST_DROP))
-        self.hips, self.hips_rate = spring_step(self.hips, self.hips_rate, wanted, DROP_HALFLIFE, DT)
-        return self.hips
+        self.drop, self.drop_rate = spring_step(self.drop, self.drop_rate, wanted, DROP_HALFLIFE, DT)
+        return self.drop
+
+
+class _HeldBack:
+    """What each foot is held back from going: it grows against the motion while the foot is held, and fades out when not."""
+
+    def __init__(self, longest: float) -> None:
+        self.vectors, self.rates = np.zeros((2, 3)), np.zeros((2, 3))
+        self.longest = longest  # metres; past that the foot goes along
+
+    def step(self, against: np.ndarray, firmly: np.ndarray) -> np.ndarray:
+        """(2, 3) metres, after a frame whose motion would be undone by (2, 3); how firmly (2,) in 0..1 each foot is held."""
+        firmly = firmly[:, None]
+        free, free_rates = spring_step(self.vectors, self.rates, 0.0, RELEASE_HALFLIFE, DT)
+        self.rates = free_rates + (against / DT - free_rates) * firmly
+        self.vectors = limited(free + (self.vectors + against - free) * firmly, self.longest)
+        return self.vectors
 
 
 class _Attitude:
@@ -113,19 +125,15 @@ class _Attitude:
 
     def __init__(self) -> None:
         self.foot: np.ndarray | None = None  # (2, 3), from ankle to toe, as it came in the last frame
-        self.held, self.rate = np.zeros((2, 3)), np.zeros((2, 3))
+        self.turned = _HeldBack(LONGEST_TURN)  # what the toe of each foot is held back
 
     def step(self, feet: np.ndarray, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ankles and toes (2, 2, 3) with the toes put back, and the turn of each foot (2, 4) that does it."""
         foot = feet[:, 1] - feet[:, 0]
         against = (foot if self.foot is None else self.foot) - foot
         self.foot = foot
-        free, free_rate = spring_step(self.held, self.rate, 0.0, RELEASE_HALFLIFE, DT)
-        flat = _smooth_step((contacts.min(axis=1, keepdims=True) - ROLLING) / (FLAT - ROLLING))
-        self.held, self.rate = free + (self.held + against - free) * flat, free_rate + (against / DT - free_rate) * flat
-        length = np.linalg.norm(self.held, axis=1, keepdims=True)
-        self.held *= np.minimum(1.0, LONGEST_TURN / np.maximum(length, 1e-9))
-        turns = rot.between(rot.normalize(foot), rot.normalize(foot + self.held))
+        held = self.turned.step(against, smooth_step(contacts.min(axis=1), ROLLING, FLAT))
+        turns = rot.between(rot.normalize(foot), rot.normalize(foot + held))
         return np.stack([feet[:, 0], feet[:, 0] + rot.rotate(turns, foot)], axis=1), turns
 
 
@@ -145,16 +153,6 @@ class _SettlingStep:
             self.left[out.argmax()] = SETTLING_SECONDS
         raised = SETTLING_HEIGHT * np.sin(np.pi * self.left / SETTLING_SECONDS)
         return contacts * (self.left == 0)[:, None], raised
-
-
-def _planted(contacts: np.ndarray) -> np.ndarray:
-    """How firmly joints are held (...), 0..1, by their contacts (...)."""
-    return _smooth_step((contacts - LIFTED) / (PLANTED - LIFTED))
-
-
-def _smooth_step(t: np.ndarray) -> np.ndarray:
-    t = np.clip(t, 0.0, 1.0)
-    return t * t * (3 - 2 * t)
 
 
 def _lowest(pose: Pose) -> float:
