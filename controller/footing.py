@@ -3,6 +3,7 @@
 import numpy as np
 
 from sim.clip import FPS
+from sim.ramps import ramp
 from sim.skeleton import CONTACT_JOINTS
 from sim.springs import decay
 
@@ -24,7 +25,7 @@ class Footing:
         sine, cosine = np.sin(root[2]), np.cos(root[2])
         x, z = feet.T
         now = np.stack([cosine * x + sine * z + root[0], cosine * z - sine * x + root[1]], axis=-1)
-        held = np.clip((contacts - LIFTED) / (PLANTED - LIFTED), 0.0, 1.0)
+        held = ramp(contacts, LIFTED, PLANTED)
         slide = np.zeros(2)
         if self.feet is not None and held.any():
             slide = held @ (now - self.feet) / held.sum() * held.max()

@@ -7,7 +7,8 @@ import numpy as np
 from controller.layout import GAITS, INPUT, INPUT_SLICES, OFFSETS, OUTPUT_SLICES
 from sim import rotations as rot
 from sim.clip import FPS
-from sim.skeleton import INDEX, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
+from sim.limbs import ARMS
+from sim.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 from sim.springs import response, spring_step
 
 SECONDS = 10  # length of the loop
@@ -34,7 +35,6 @@ def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray
     broken = np.cumsum(~standing | np.append(False, np.diff(clip) != 0))
     starts = np.flatnonzero(standing[:-length] & (broken[length:] == broken[:-length]))[::FPS // 10]
     positions = targets[:, OUTPUT_SLICES["positions"]].reshape(-1, JOINT_COUNT, 3)
-    hands = [INDEX["LeftHand"], INDEX["RightHand"]]
     root = slice(OUTPUT_SLICES["root"].start, OUTPUT_SLICES["root"].start + 2)
     best, most = np.zeros(SHAPE), 0.0
     for start in starts:
@@ -42,7 +42,7 @@ def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray
         # The smoothed root takes part in a weight shift; here it must stand, or the feet would move instead.
         hips = stretch[:, 0] + np.insert(np.cumsum(targets[start:start + length, root], axis=0), 1, 0.0, axis=1)
         sway = np.linalg.norm(hips.std(axis=0))
-        if np.linalg.norm(stretch[:, hands].std(axis=0), axis=-1).max() < QUIET and sway > most:
+        if np.linalg.norm(stretch[:, ARMS[-1]].std(axis=0), axis=-1).max() < QUIET and sway > most:
             axes = targets[start:start + length, OUTPUT_SLICES["rotations"]].reshape(length, JOINT_COUNT, 6)
             best, most = _harmonics(rot.from_6d(axes.astype(float)), hips.astype(float)), sway
     return best

@@ -5,6 +5,7 @@ import numpy as np
 from controller.layout import GAITS
 from sim import rotations as rot
 from sim.clip import FPS
+from sim.ramps import ramp
 from sim.skeleton import CONTACT_JOINTS
 
 STEP_LONGEST = 0.9  # seconds between two foot strikes of one walk; a longer pause is a stand in between
@@ -62,12 +63,8 @@ def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
 def label_gait(velocity: np.ndarray, turn_rate: np.ndarray) -> np.ndarray:
     """Gait weights (frames, 3) for stand, walk and run that sum to 1, from root velocity (frames, 2) m/s and turn rate rad/s."""
     speed = rot.length(velocity)[..., 0]
-    moving = _ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_SPEED)
-    running = moving * _ramp(speed, *RUN_SPEED)
+    moving = ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_SPEED)
+    running = moving * ramp(speed, *RUN_SPEED)
     gait = np.empty((*speed.shape, len(GAITS)))
     gait[..., 0], gait[..., 1], gait[..., 2] = 1 - moving, moving - running, running
     return gait
-
-
-def _ramp(value: np.ndarray, low: float, high: float) -> np.ndarray:
-    return np.minimum(np.maximum((value - low) / (high - low), 0.0), 1.0)  # on few numbers much quicker than np.clip

@@ -4,9 +4,11 @@ import numpy as np
 
 from sim import rotations as rot
 from sim.clip import FPS
-from sim.skeleton import INDEX, PARENTS
+from sim.limbs import ARMS
+from sim.skeleton import PARENTS
+from sim.vectors import limited
 
-HANDS = np.array([INDEX["LeftHand"], INDEX["RightHand"]])
+HANDS = ARMS[-1]
 FASTEST = 8.0  # radians a second that a hand turns against its forearm; captured ones hardly ever exceed it
 
 
@@ -24,12 +26,10 @@ class Wrists:
             self.turned = wanted
             return rotations
         step = rot.to_rotation_vector(rot.multiply(wanted, rot.inverse(self.turned)))
-        angle = np.sqrt(np.sum(step * step, axis=-1, keepdims=True))
-        if (angle <= FASTEST / FPS).all():
+        if (rot.length(step) <= FASTEST / FPS).all():
             self.turned = wanted
             return rotations
-        step *= np.minimum(1.0, FASTEST / FPS / np.maximum(angle, 1e-9))
-        self.turned = rot.multiply(rot.from_rotation_vector(step), self.turned)
+        self.turned = rot.multiply(rot.from_rotation_vector(limited(step, FASTEST / FPS)), self.turned)
         result = rotations.copy()
         result[HANDS] = rot.multiply(forearms, self.turned)
         return result

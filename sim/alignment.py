@@ -12,8 +12,8 @@ import numpy as np
 from sim import rotations as rot
 from sim.skeleton import BONE_OFFSETS, INDEX, JOINTS, PARENTS
 from sim.source_body import ENOUGH_PLANTED, SIDES, SourceBody
+from sim.vectors import FORWARD, LEFT, UP
 
-LEFT, UP, FORWARD = np.eye(3)
 SNAP = np.cos(np.radians(35.0))  # a direction this near to a local axis was meant to be that axis
 ALIKE, OPPOSITE = np.cos(np.radians((80.0, 135.0)))  # a neck and a head, an upper and a lower arm differ by less in use
 TORSO = ("Hips", "Spine", "Chest", "Neck", "Head")

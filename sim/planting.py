@@ -13,12 +13,13 @@ from sim.contacts import foot_contacts
 from sim.curves import smoothest
 from sim.kinematics import forward_kinematics, to_local, two_bone_ik
 from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing
+from sim.ramps import ramp
 from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT, TOES
-from sim.vectors import FLOOR
+from sim.vectors import FLOOR, FORWARD, UP
 
 FADE_SECONDS = 0.12  # over which a correction grows before a foot lands and is gone after it has lifted
 EDGE_SECONDS = 0.05  # over which a contact's hold sets in: a landing foot is slowed down, not stopped dead
-SWING_SPEED = (0.5, 1.0)  # metres a second over which an unplanted toe counts as swinging, more and more
+SWING_SPEEDS = (0.5, 1.0)  # metres a second between which an unplanted toe counts as swinging, more and more
 CLEARANCE = 0.03  # metres that a swinging toe is at least higher than a planted one
 DROP_SECONDS = 0.4  # over which hips sink for a stride that their legs would not reach
 SOFTNESS = 2.0  # of the hold: a landing foot is stopped over about the square root of this many frames
@@ -56,14 +57,14 @@ def strided(clip: Clip, factor: float) -> Clip:
         return clip
     rotations = clip.global_rotations()
     positions = forward_kinematics(clip.hips, rotations)
-    further = (factor - 1) * np.array([1.0, 0.0, 1.0])
+    further = (factor - 1) * FLOOR
     hips = clip.hips + further * root_frame(positions, clip.fps).positions
     feet = positions[:, CONTACT_JOINTS].reshape(-1, 2, 2, 3)
     shift = further * feet[:, :, :1]  # of a foot as a whole, which keeps its length
     sockets = positions[:, LEGS[0]] + (hips - clip.hips)[:, None]
     missing = height_missing(sockets, feet[:, :, 0] + shift[:, :, 0], REACH * LEG_LENGTH).max(axis=1).clip(min=0.0)
     window = round(DROP_SECONDS * clip.fps)
-    hips = hips - gaussian_filter1d(maximum_filter1d(missing, window), window / 4)[:, None] * np.array([0.0, 1.0, 0.0])
+    hips = hips - gaussian_filter1d(maximum_filter1d(missing, window), window / 4)[:, None] * UP
     return replace(clip, hips=hips, rotations=to_local(_stand(
         hips, rotations, forward_kinematics(hips, rotations), *np.moveaxis(feet + shift, 2, 0))))
 
@@ -89,7 +90,7 @@ def _joined(wanted: np.ndarray, feet: np.ndarray, hold: np.ndarray, fps: float) 
 def _stand(hips: np.ndarray, rotations: np.ndarray, positions: np.ndarray, ankles: np.ndarray, toes: np.ndarray) -> np.ndarray:
     """Global rotations (frames, 21, 4) with ankles, then toes, brought to where they are wanted (frames, 2, 3)."""
     upper, lower, foot = LEGS
-    forward = rot.rotate(rotations[:, :1], np.array([0.0, 0.0, KNEES_FORWARD]))
+    forward = rot.rotate(rotations[:, :1], KNEES_FORWARD * FORWARD)
     turns = two_bone_ik(positions[:, upper], positions[:, lower], positions[:, foot], ankles, forward, REACH)
     result = rotations.copy()
     for joint, turn in zip((upper, lower), turns):
@@ -111,7 +112,7 @@ def _level(toe: np.ndarray, hold: np.ndarray, flat: np.ndarray, fps: float) -> n
     """The smooth vertical correction (frames,) of a toe (frames, 3): onto the floor while its foot is flat, not under it while
     it pushes off, and clear of it while it swings, for captured toes may brush the floor at full speed."""
     speed = np.linalg.norm(np.gradient(toe[:, [0, 2]], 1 / fps, axis=0), axis=-1)
-    swing = np.clip((speed - SWING_SPEED[0]) / (SWING_SPEED[1] - SWING_SPEED[0]), 0.0, 1.0) * (1 - hold)
+    swing = ramp(speed, *SWING_SPEEDS) * (1 - hold)
     missing = TOE_HEIGHT - toe[:, 1]
     weight = hold + swing
     pull = flat * missing + (hold - flat) * np.maximum(missing, 0.0) + swing * np.maximum(missing + CLEARANCE, 0.0)

@@ -16,10 +16,10 @@ from sim.kinematics import two_bone_ik
 from sim.limbs import LEG_LENGTH
 from sim.skeleton import INDEX
 from sim.source_body import SIDES, SourceBody
+from sim.vectors import UP
 
 UNCHANGED = 1e-9  # metres: a leg that moved less was not restyled
 REACH = 0.9999  # share of a leg's length that is used
-UP = np.array([0.0, 1.0, 0.0])
 
 
 def retarget_back(motion: Motion, content: Clip, styled: Clip, name_map: dict[str, str] | None = None) -> Motion:

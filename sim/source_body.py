@@ -4,6 +4,7 @@ import numpy as np
 
 from sim import rotations as rot
 from sim.bvh import Motion
+from sim.vectors import LEFT
 
 SIDES = ("Left", "Right")
 SAMPLES = 400  # frames from which a skeleton's constants are measured
@@ -24,7 +25,7 @@ class SourceBody:
         self.positions, self.rotations = motion.global_transforms()
         self.turn = rot.IDENTITY  # from the file's axes to ours
         if self._stands_along_z():
-            self.turn = rot.from_axis_angle(np.array([1.0, 0.0, 0.0]), -np.pi / 2)
+            self.turn = rot.from_axis_angle(LEFT, -np.pi / 2)
             self.positions, self.rotations = rot.rotate(self.turn, self.positions), rot.multiply(self.turn, self.rotations)
         self.sample = np.unique(np.linspace(0, len(motion) - 1, SAMPLES).astype(int))
         self.rest = self._rest()
