@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from controller.trajectory import turned
 from sim.clip import FPS
 from sim.ramps import ramp
 from sim.skeleton import CONTACT_JOINTS
@@ -22,9 +23,7 @@ class Footing:
     def step(self, root: np.ndarray, positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
         """The root's step (3,): sideways, forward, turn; with the slide taken back. positions (21, 3), contacts (4,)."""
         feet = positions[CONTACT_JOINTS][:, [0, 2]]
-        sine, cosine = np.sin(root[2]), np.cos(root[2])
-        x, z = feet.T
-        now = np.stack([cosine * x + sine * z + root[0], cosine * z - sine * x + root[1]], axis=-1)
+        now = root[:2] + turned(feet, root[2])  # where they are in the root frame of the last frame
         held = ramp(contacts, LIFTED, PLANTED)
         slide = np.zeros(2)
         if self.feet is not None and held.any():

@@ -79,7 +79,7 @@ class Trajectory:
         directions = np.empty((len(OFFSETS), 2))
         directions[:, 0], directions[:, 1] = np.sin(angles), np.cos(angles)
         return {
-            "trajectory_positions": _turn(rows[:, _PLACE] - self.position, -self.facing),
+            "trajectory_positions": turned(rows[:, _PLACE] - self.position, -self.facing),
             "trajectory_directions": directions,
             "trajectory_gaits": rows[:, _GAIT],
         }
@@ -89,9 +89,9 @@ class Trajectory:
         # Where the player and the network's own step both say stand, the root stays: a network never answers quite zero.
         pace = FPS * max(math.hypot(step[0], step[1]), abs(step[2]) * TURN_RADIUS)
         step = step * (1 - self.gait[0] * min(max((CREEP[1] - pace) / (CREEP[1] - CREEP[0]), 0.0), 1.0))
-        self.position = self.position + _turn(step[:2], self.facing)
+        self.position = self.position + turned(step[:2], self.facing)
         self.facing += float(step[2])
-        self.expected_positions = self.position + _turn(future_positions, self.facing)
+        self.expected_positions = self.position + turned(future_positions, self.facing)
         self.expected_facings = self.facing + rot.yaw_of(future_directions)
         self.past[:-1] = self.past[1:]
         self.past[-1, _PLACE], self.past[-1, _FACING], self.past[-1, _GAIT] = self.position, self.facing, self.gait
@@ -125,8 +125,8 @@ class Trajectory:
         self._turning[0] = self.facing + min(max(turn, -FACING_LEASH), FACING_LEASH)
 
 
-def _turn(vectors: np.ndarray, yaw: float) -> np.ndarray:
-    """Ground vectors (..., 2) as x, z turned about the vertical."""
+def turned(vectors: np.ndarray, yaw: float) -> np.ndarray:
+    """Vectors (..., 2) over the floor, x and z, turned about the vertical by a yaw in radians."""
     sine, cosine = math.sin(yaw), math.cos(yaw)
     return vectors @ np.array([[cosine, -sine], [sine, cosine]])
 
