@@ -25,19 +25,18 @@ class PhaseFunctionedController:
 
     def __init__(self, network: PhaseFunctionedNetwork) -> None:
         self.network = PhaseTable(network)
-        self.trajectory, self.footing, self.wrists = Trajectory(), Footing(), Wrists()
-        self.phase = 0.0
-        self.body = network.standing.numpy()  # (POSE_SIZE,) positions and velocities of the last answer
-        self.idle = Idle(network.idle.numpy().astype(float))
+        # What a restart begins from: the phase; positions and velocities (POSE_SIZE,) of the last answer; the idle.
+        self._start = 0.0, network.standing.numpy(), Idle(network.idle.numpy().astype(float))
+        self.restart()
         for _ in range(SETTLE_FRAMES):
             self.step(Command())
-        self._settled = copy.deepcopy((self.phase, self.body, self.idle))
+        self._start = copy.deepcopy((self.phase, self.body, self.idle))
         self.restart()
 
     def restart(self) -> None:
         """Back to standing, settled, at the start point, as when it was made."""
         self.trajectory, self.footing, self.wrists = Trajectory(), Footing(), Wrists()
-        self.phase, self.body, self.idle = copy.deepcopy(self._settled)
+        self.phase, self.body, self.idle = copy.deepcopy(self._start)
 
     @classmethod
     def from_pretrained(cls, name: str = weights.MODEL) -> "PhaseFunctionedController":
