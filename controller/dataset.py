@@ -138,8 +138,11 @@ def _load(path: Path) -> list[tuple[str, tuple]] | str:
         return str(error)
     kind = kind_of(clip)
     sources = [(kind, planted(clip)), *(("loop", planted(loop)) for loop in (loops(clip) if kind == "run" else ()))]
-    paced = [strided(source, stride).paced(pace) for kind, source in sources for pace, stride in PACES[kind]
-             if pace * stride <= 1 or pace * stride * typical_speed(source) < FASTEST[kind]]
+    paced = []
+    for kind, source in sources:
+        speed = typical_speed(source)
+        paced += [strided(source, stride).paced(pace) for pace, stride in PACES[kind]
+                  if pace * stride <= 1 or pace * stride * speed < FASTEST[kind]]
     return [(path.stem, frames_of(side)) for one in paced for side in (one, one.mirrored())]
 
 
