@@ -52,5 +52,5 @@ def clip_features(clip: Clip) -> np.ndarray:
 
 
 def rotations_of(features: np.ndarray) -> np.ndarray:
-    """Rotations (..., 21, 4) in the character's own frame, read back from features (..., 21, 15)."""
-    return rot.from_6d(features[..., LAYOUT["rotation"]])
+    """Rotation matrices (..., 21, 3, 3) in the character's own frame, read back from features (..., 21, 15)."""
+    return rot.matrix_of_6d(features[..., LAYOUT["rotation"]])

@@ -6,6 +6,7 @@ from sim import rotations as rot
 from sim.kinematics import two_bone_ik
 from sim.pose import Pose
 from sim.skeleton import BONE_OFFSETS, INDEX
+from sim.vectors import FORWARD
 
 # The joints of a limb from the body outwards, each (2,): left and right.
 LEGS, ARMS = (tuple(np.array([INDEX[side + name] for side in ("Left", "Right")]) for name in names)
@@ -30,7 +31,7 @@ def reach(pose: Pose, limbs: tuple[np.ndarray, ...], targets: np.ndarray, bend: 
     is used at most."""
     upper, lower, end = limbs
     p = pose.positions
-    pole = bend * rot.rotate(rot.from_yaw(pose.root_facing), np.array([0.0, 0.0, 1.0]))[..., None, :]
+    pole = bend * pose.to_world(FORWARD[None])
     turn_upper, turn_lower = two_bone_ik(p[..., upper, :], p[..., lower, :], p[..., end, :], targets, pole, share)
     rotations = pose.rotations.copy()
     for joint, turn in ((upper, turn_upper), (lower, turn_lower)):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from sim import rotations as rot
 from sim.features import STRIDE, WINDOW, clip_features, rotations_of
 from sim.kinematics import forward_kinematics as numpy_kinematics
 from stylizer.dataset import LATER, STYLE_WINDOW
@@ -114,7 +115,7 @@ def test_kinematics_in_torch_are_those_of_sim():
     features = clip_features(walking_clip())[:8]
     motion = torch.from_numpy(features).permute(1, 0, 2)[:, :, None]
     positions = forward_kinematics(motion[..., 3:9], motion[:1, ..., :3])[:, :, 0].permute(1, 0, 2).numpy()
-    assert np.allclose(positions, numpy_kinematics(features[:, 0, :3], rotations_of(features)), atol=1e-9)
+    assert np.allclose(positions, numpy_kinematics(features[:, 0, :3], rot.from_matrix(rotations_of(features))), atol=1e-9)
 
 
 def test_the_imitated_motion_takes_turns_from_the_match_and_the_way_from_the_content(model):
