@@ -10,7 +10,8 @@ from scipy.interpolate import CubicSpline
 
 from sim import name_maps
 from sim import rotations as rot
-from sim.bvh import POSITION_ORDER, Motion
+from sim.bvh import Motion
+from sim.bvh_text import POSITION_ORDER
 from sim.clip import Clip
 from sim.kinematics import two_bone_ik
 from sim.limbs import LEG_LENGTH
