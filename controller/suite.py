@@ -114,6 +114,11 @@ class Played:
         """The velocity the stick asks for (F, 2)."""
         return np.array([command.desired_velocity for command in self.script])
 
+    @property
+    def lead(self) -> np.ndarray:
+        """How far (F,) the simulated body is from the character, in metres."""
+        return np.linalg.norm(self.simulated - self.neutral.root.positions[:, [0, 2]], axis=1)
+
 
 class Unstyled:
     """In the stylizer's place: the neutral pose passes through, as it does while no style is asked for."""
