@@ -44,10 +44,11 @@ def clip_features(clip: Clip) -> np.ndarray:
     """Features (frames, 21, 15) of a 60 Hz clip; the first frames borrow the velocity of the first that has one."""
     positions, rotations = clip.positions(), clip.global_rotations()
     root = root_frame(positions, clip.fps)
-    features = features_from(positions, rotations, root.positions, root.facing)
-    result = np.concatenate([features[:1].repeat(STRIDE, axis=0), features])
-    head = features_from(*(a[[0] * STRIDE + list(range(STRIDE))] for a in (positions, rotations, root.positions, root.facing)))
-    result[:STRIDE, :, :LAYOUT["velocity"].start] = head[:, :, :LAYOUT["velocity"].start]
+    led = (np.concatenate([values[:1].repeat(STRIDE, axis=0), values])
+           for values in (positions, rotations, root.positions, root.facing))
+    result = features_from(*led)
+    velocities = slice(LAYOUT["velocity"].start, None)
+    result[:STRIDE, :, velocities] = result[STRIDE, :, velocities]
     return result
 
 

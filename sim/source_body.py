@@ -16,7 +16,8 @@ ENOUGH_PLANTED = 8  # frames
 class SourceBody:
     """World positions (F, J, 3) and rotations (F, J, 4) of the source, turned Y up; index: our joint -> theirs."""
 
-    def __init__(self, motion: Motion, name_map: dict[str, str]):
+    def __init__(self, motion: Motion, name_map: dict[str, str]) -> None:
+        """name_map: our joint -> theirs. Raises ValueError where it names joints that the motion does not have."""
         absent = [theirs for theirs in name_map.values() if theirs not in motion.names]
         if absent:
             raise ValueError(f"the joint map names {', '.join(absent)}, which the file does not have")
@@ -58,7 +59,7 @@ class SourceBody:
         return (self.at("LeftUpLeg") + self.at("RightUpLeg")) / 2
 
     def leg_length(self) -> float:
-        """Thigh and shin, the mean of both sides, in the file's unit."""
+        """Thigh and shin, the mean of both sides, in the file's unit. Raises ValueError where they have no length."""
         length = sum(np.linalg.norm(self.at(side + a) - self.at(side + b), axis=-1).mean() / 2
                      for side in SIDES for a, b in (("UpLeg", "Leg"), ("Leg", "Foot")))
         if not length > 0:
