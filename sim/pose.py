@@ -1,6 +1,6 @@
 """One frame of the character, as it travels from the controller to the screen."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,10 @@ class Pose:
     rotations: np.ndarray
     contacts: np.ndarray
     phase: float
+
+    def __getitem__(self, which) -> "Pose":
+        """One or some of many instants."""
+        return Pose(*(getattr(self, field.name)[which] for field in fields(self)))
 
     @cached_property
     def positions(self) -> np.ndarray:
