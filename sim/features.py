@@ -54,7 +54,7 @@ def features_between(now: Pose | Body, before: Pose | Body) -> np.ndarray:
     result = np.empty((*now.rotations.shape[:-1], FEATURES))
     result[..., :12] = turned.reshape(*now.rotations.shape[:-1], 12)
     result[..., 12:14] = (root_velocity @ to_character)[..., ::2]
-    result[..., 14] = (rot.wrap_angle(now.root_facing - before.root_facing) * rate)[..., None]
+    result[..., 14] = np.asarray(rot.wrap_angle(now.root_facing - before.root_facing) * rate)[..., None]  # may be a plain number
     return result
 
 
