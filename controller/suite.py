@@ -124,6 +124,7 @@ class Unstyled:
     """In the stylizer's place: the neutral pose passes through, as it does while no style is asked for."""
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping) -> Pose:
+        """The neutral pose itself."""
         return neutral
 
     def restart(self) -> None:

@@ -175,14 +175,16 @@ class Starts:
     """Where rollouts may begin: drawn by weight, never across the end of a clip."""
 
     def __init__(self, frames: Frames, chosen: np.ndarray) -> None:
+        """chosen (N,) bool: the frames that may be drawn."""
         self.starts = np.flatnonzero(chosen)
         weight = frames.weight[self.starts]
         self.cumulative = np.cumsum(weight / weight.sum()) if len(weight) else weight
         ends = np.flatnonzero(frames.last)
+        # Frames (N,) from each one to the end of its clip, itself included.
         self.left = ends[np.searchsorted(ends, np.arange(len(frames.last)))] - np.arange(len(frames.last)) + 1
 
     def draw(self, random: np.random.Generator, length: int, count: int) -> np.ndarray:
-        """Frame indices (count,) from which `length` frames follow in the same clip; a start too late is moved forward."""
+        """Frame indices (count,) from which `length` frames follow in the same clip; a start too late is moved back."""
         starts = self.starts[np.searchsorted(self.cumulative, random.random(count)).clip(max=len(self.starts) - 1)]
         return starts - np.maximum(0, length - self.left[starts])
 
