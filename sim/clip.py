@@ -56,7 +56,7 @@ class Clip:
 
     def paced(self, pace: float) -> "Clip":
         """The same motion played `pace` times as fast, at the same frame rate."""
-        return replace(replace(self, fps=self.fps * pace).resampled(self.fps), fps=self.fps) if pace != 1 else self
+        return replace(self, fps=self.fps * pace).resampled(self.fps) if pace != 1 else self
 
     def mirrored(self) -> "Clip":
         """Left and right exchanged."""

@@ -88,7 +88,8 @@ def _joined(wanted: np.ndarray, feet: np.ndarray, hold: np.ndarray, fps: float) 
 
 
 def _stand(hips: np.ndarray, rotations: np.ndarray, positions: np.ndarray, ankles: np.ndarray, toes: np.ndarray) -> np.ndarray:
-    """Global rotations (frames, 21, 4) with ankles, then toes, brought to where they are wanted (frames, 2, 3)."""
+    """Global rotations (frames, 21, 4) with ankles, then toes, brought to where they are wanted (frames, 2, 3); from hips
+    (frames, 3), global rotations and positions (frames, 21, 3)."""
     upper, lower, foot = LEGS
     forward = rot.rotate(rotations[:, :1], KNEES_FORWARD * FORWARD)
     turns = two_bone_ik(positions[:, upper], positions[:, lower], positions[:, foot], ankles, forward, REACH)
