@@ -12,7 +12,7 @@ from sim.curves import smoothest
 from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing, reach
 from sim.pose import Pose
 from sim.skeleton import CONTACT_JOINTS
-from sim.vectors import UP
+from sim.vectors import FLOOR, UP
 
 FADE = 0.15 * FPS  # frames over which a correction comes before a contact and goes after it
 EDGE = 3  # frames over which a contact's hold sets in
@@ -54,7 +54,7 @@ def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> n
     clear = np.minimum(theirs[..., 1].min(axis=1), CLEARANCE) - low
     height = np.where(hold > 0, np.maximum(-apart[frames, bearing, 1], clear), clear)
     up = smoothest(height, np.maximum(hold, clear > 0), 0.0, FADE)
-    return np.stack([across[:, 0], up, across[:, 2]], axis=1)
+    return across * FLOOR + up[:, None] * UP
 
 
 def _drop(hips: np.ndarray, targets: np.ndarray, stretch: np.ndarray) -> np.ndarray:
@@ -64,4 +64,5 @@ def _drop(hips: np.ndarray, targets: np.ndarray, stretch: np.ndarray) -> np.ndar
 
 
 def _slowly(values: np.ndarray) -> np.ndarray:
+    """Values (frames, ...) of a body that rises and sinks no quicker than LEVEL_SECONDS let it."""
     return gaussian_filter1d(values, LEVEL_SECONDS * FPS, mode="nearest")
