@@ -14,11 +14,11 @@ from controller.layout import FUTURE, INPUT_SIZE, INPUT_SLICES, OFFSETS, OUTPUT_
 from controller.loops import loops
 from controller.phase import label_gait, label_phase
 from sim import rotations as rot
-from sim.clip import FPS, Clip, root_frame
+from sim.clip import FPS, Clip, RootFrame, root_frame
 from sim.contacts import foot_contacts
 from sim.planting import planted, strided
 from sim.retarget import load_clip
-from sim.skeleton import CONTACT_JOINTS
+from sim.skeleton import TOES
 
 # Clips that a neutral walker should not learn from: not locomotion, walks in a style of their own, or captures whose feet are
 # broken (CMU 69_35, the ACCAD man's runs: a foot points backward, hips run at knee height). Matched against the path.
@@ -66,44 +66,40 @@ def frames_of(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """inputs (F - 1, INPUT_SIZE), targets (F - 1, OUTPUT_SIZE), phase (F - 1,) of a grounded 60 Hz clip.
 
     Before its first and after its last frame a clip is taken to go on straight at the speed it has there."""
-    positions, rotations = clip.positions(), clip.global_rotations()
-    root = root_frame(positions)
-    contacts = foot_contacts(clip)
+    positions = clip.positions()
+    root, contacts = root_frame(positions), foot_contacts(clip)
     phase = label_phase(positions, contacts)
-    ground = root.positions[:, [0, 2]]
-    gait = label_gait(np.gradient(ground, 1 / FPS, axis=0), np.gradient(root.facing, 1 / FPS))
-    frames = len(clip)
     to_root = rot.from_yaw(-root.facing)
-
-    def around(offsets: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Positions (F, n, 2), directions (F, n, 2) in the frame's own root frame and gaits (F, n, 3) at the offsets."""
-        at = np.arange(frames)[:, None] + np.array(offsets)
-        inside = np.clip(at, 0, frames - 1)
-        edge_velocity = np.where((at < 0)[..., None], ground[min(3, frames - 1)] - ground[0], ground[-1] - ground[-4]) / 3
-        there = ground[inside] + edge_velocity * (at - inside)[..., None]
-        local = there - ground[:, None]
-        turned = rot.rotate(to_root[:, None], np.stack([local[..., 0], 0 * local[..., 0], local[..., 1]], axis=-1))
-        angle = root.facing[inside] - root.facing[:, None]
-        return turned[..., [0, 2]], np.stack([np.sin(angle), np.cos(angle)], axis=-1), gait[inside]
-
     now, following = slice(0, -1), slice(1, None)
-    velocity = np.gradient(positions, 1 / FPS, axis=0)
     pose = {
         "positions": rot.rotate(to_root[:, None], positions - root.positions[:, None]),
-        "velocities": rot.rotate(to_root[:, None], velocity),
-        "rotations": rot.to_6d(rot.multiply(to_root[:, None], rotations)),
+        "velocities": rot.rotate(to_root[:, None], np.gradient(positions, 1 / FPS, axis=0)),
+        "rotations": rot.to_6d(rot.multiply(to_root[:, None], clip.global_rotations())),
         "contacts": contacts,
     }
-    trajectory = dict(zip(("trajectory_positions", "trajectory_directions", "trajectory_gaits"), around(OFFSETS)))
-    future = dict(zip(("future_positions", "future_directions"), around(FUTURE)))
+    source = {name: value[now] for name, value in {**_ways(root, OFFSETS, "trajectory"), **pose}.items() if name in INPUT_SLICES}
     step = rot.rotate(to_root[now], root.positions[following] - root.positions[now])
-    turn = np.diff(root.facing)
-    target = {name: value[following] for name, value in {**pose, **future}.items()}
-    target["root"] = np.stack([step[:, 0], step[:, 2], turn], axis=-1)
+    target = {name: value[following] for name, value in {**pose, **_ways(root, FUTURE, "future")}.items()}
+    target["root"] = np.stack([step[:, 0], step[:, 2], np.diff(root.facing)], axis=-1)
     target["phase"] = np.diff(phase)[:, None]
-    source = {name: value[now] for name, value in {**trajectory, **pose}.items() if name in INPUT_SLICES}
     return (_flat(source, INPUT_SLICES, INPUT_SIZE), _flat(target, OUTPUT_SLICES, OUTPUT_SIZE),
             np.mod(phase[now], 2 * np.pi).astype(np.float32))
+
+
+def _ways(root: RootFrame, offsets: tuple[int, ...], prefix: str) -> dict[str, np.ndarray]:
+    """Where the root is at `offsets` from each frame, as seen from that frame, by the network's names for it:
+    `prefix`_positions (F, n, 2), `prefix`_directions (F, n, 2) and `prefix`_gaits (F, n, 3)."""
+    frames = len(root.facing)
+    at = np.arange(frames)[:, None] + np.array(offsets)
+    inside = np.clip(at, 0, frames - 1)
+    first, last = (root.positions[min(3, frames - 1)] - root.positions[0]) / 3, (root.positions[-1] - root.positions[-4]) / 3
+    there = root.positions[inside] + np.where((at < 0)[..., None], first, last) * (at - inside)[..., None]
+    local = rot.rotate(rot.from_yaw(-root.facing)[:, None], there - root.positions[:, None])
+    angle = root.facing[inside] - root.facing[:, None]
+    velocity, turn_rate = np.gradient(root.positions[:, [0, 2]], 1 / FPS, axis=0), np.gradient(root.facing, 1 / FPS)
+    return {f"{prefix}_positions": local[..., [0, 2]],
+            f"{prefix}_directions": np.stack([np.sin(angle), np.cos(angle)], axis=-1),
+            f"{prefix}_gaits": label_gait(velocity, turn_rate)[inside]}
 
 
 def _flat(parts: dict[str, np.ndarray], where: dict[str, slice], size: int) -> np.ndarray:
@@ -138,8 +134,11 @@ def _load(path: Path) -> list[tuple[str, tuple]] | str:
         return str(error)
     kind = kind_of(clip)
     sources = [(kind, planted(clip)), *(("loop", planted(loop)) for loop in (loops(clip) if kind == "run" else ()))]
-    paced = [strided(source, stride).paced(pace) for kind, source in sources for pace, stride in PACES[kind]
-             if pace * stride <= 1 or pace * stride * typical_speed(source) < FASTEST[kind]]
+    paced = []
+    for kind, source in sources:
+        speed = typical_speed(source)
+        paced += [strided(source, stride).paced(pace) for pace, stride in PACES[kind]
+                  if pace * stride <= 1 or pace * stride * speed < FASTEST[kind]]
     return [(path.stem, frames_of(side)) for one in paced for side in (one, one.mirrored())]
 
 
@@ -169,7 +168,7 @@ def _local_velocity(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
 
 def feet_can_be_trusted(clip: Clip) -> bool:
     """Whether each foot, while planted, has its toe on the floor: some captures have a broken foot or two floors."""
-    toes, contacts = clip.positions()[:, CONTACT_JOINTS[1::2], 1], foot_contacts(clip).reshape(-1, 2, 2).max(axis=2) > 0
+    toes, contacts = clip.positions()[:, TOES, 1], foot_contacts(clip).reshape(-1, 2, 2).max(axis=2) > 0
     means = [toes[contacts[:, foot], foot].mean() for foot in (0, 1) if contacts[:, foot].any()]
     return all(PLANTED_TOE[0] < mean < PLANTED_TOE[1] for mean in means)
 

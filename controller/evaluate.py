@@ -6,9 +6,10 @@ from typing import Callable, Mapping
 
 import torch
 
-from controller.figures import Figure, endurance, feet, likeness, smoothness, standing, steering
+from controller.figures import Figure, endurance, feet, likeness, smoothness, standing
 from controller.real_clips import RealClips
 from controller.runtime import PhaseFunctionedController
+from controller.steering_figures import steering
 from controller.suite import Played, follow, play, random_sticks, suite
 
 

@@ -6,32 +6,15 @@ from typing import Callable, Mapping, Sequence
 
 import numpy as np
 
-from controller.measures import (
-    PLANTED,
-    arrival_time,
-    contact_speed,
-    depth_under,
-    direction_error,
-    drift,
-    joint_angles,
-    liveliness,
-    outside,
-    speed_share,
-    spells,
-    time_until,
-    time_until_still,
-)
+from controller.measures import PLANTED, contact_speed, depth_under, drift, joint_angles, liveliness, outside, spells
 from controller.real_clips import IDLE_SECONDS, RealClips
-from controller.suite import FACING_FORWARD, INSTANTS, SPEEDS, TURNS, Motion, Played, compared, speed_name
-from sim import rotations as rot
+from controller.suite import Motion, Played, compared
 from sim.clip import FPS
 from sim.measures import foot_skate, frechet_distance, jerk, pose_and_velocity
-from sim.skeleton import CONTACT_JOINTS, TOE_HEIGHT
+from sim.skeleton import TOE_HEIGHT, TOES
 
-SETTLED_SECONDS = 1.0  # after a wish has changed, speed and direction are held to it
 WALKING, RUNNING = 1, 2  # columns of Motion.gait
 GAITS_MEASURED = ((WALKING, "walk"), (RUNNING, "run"))
-TOES = CONTACT_JOINTS[1::2]
 JERKS = (("m_s3", 1), ("30_hz_m_s3", 2))  # unit and rate in the name, and every which frame is looked at
 HALVINGS = 20  # ways to cut the real clips in two that are averaged
 ANGLE_MARGIN = math.radians(10)
@@ -39,7 +22,6 @@ FROZEN_SPEED, WALK_AT_LEAST = 0.05, 0.2  # metres a second: what is no movement,
 RUNAWAY_SHARE, RUNAWAY_METRES = 1.5, 0.5
 SLOWEST_ASKED = 0.4  # metres a second: under this "1.5 times as fast as asked" is no running away
 SPELL_SECONDS = 1.0
-FACED = math.radians(10)  # of the facing asked for, at which a turn on the spot counts as done
 CENTI, MILLI = 100, 1000
 
 Measure = Callable[[Motion], np.ndarray]  # (F, ...), NaN where it does not apply
@@ -76,40 +58,6 @@ class Figure:
         return Figure(*(short(value) for value in vars(self).values()))
 
 
-def steering(played: Mapping[str, Played]) -> dict[str, Figure]:
-    """Speed, direction, and how quickly a new wish is fulfilled; of several takes the worst counts."""
-    result = {}
-    for gait, speed in SPEEDS:
-        take = played.get(speed_name(gait, speed))
-        share = None if take is None else speed_share(*_settled(take))
-        result[f"speed_held_{gait}_{speed}_m_s_share".replace(".", "_")] = Figure(share, None, 0.9, 1.1)
-    kinds = {"straight": [speed_name(*kind) for kind in SPEEDS],
-             "strafing": [name for name in FACING_FORWARD if not name.startswith("back")],
-             "backing": [name for name in FACING_FORWARD if name.startswith("back")]}
-    for kind, names in kinds.items():
-        takes = [_settled(played[name]) for name in names if name in played]
-        if kind != "straight":
-            shares = [speed_share(*take) for take in takes]
-            result[f"speed_held_{kind}_share"] = Figure(max(shares, key=lambda share: abs(share - 1)), None, 0.9, 1.1)
-        error = max(direction_error(*take) for take in takes)
-        result[f"direction_error_{kind}_deg"] = Figure(math.degrees(error), None, None, 5.0)
-    for gait, limit in (("walk", 0.9), ("run", 1.2)):
-        changes = [_last_change(played[f"reverse {gait} {instant}"]) for instant in range(INSTANTS)]
-        result[f"reversal_{gait}_s"] = Figure(max(arrival_time(*change) for change in changes), None, None, limit)
-        turns = [_last_change(played[f"turn {gait} {angle}"]) for angle in TURNS]
-        result[f"turn_{gait}_s"] = Figure(max(arrival_time(*turn) for turn in turns), None, None, limit)
-    starts = [_stretches(played[f"stop walk {instant}"])[i] for instant in range(INSTANTS) for i in (1, 3)]
-    result["start_walk_s"] = Figure(max(arrival_time(*start) for start in starts), None, None, 0.6)
-    for gait in ("walk", "run"):
-        stops = [_stretches(played[f"stop {gait} {instant}"])[2][0] for instant in range(INSTANTS)]
-        result[f"stop_{gait}_s"] = Figure(max(map(time_until_still, stops)), None, None, 0.6)
-    result["turn_on_the_spot_s"] = Figure(_facing_time(played["turn on the spot"]), None, None, 0.9)  # as a walk reversed
-    # The simulated body waits for the character on its leash (controller.trajectory.LEASH): this one guards that.
-    lead = max(_ahead(take).max() for take in played.values())
-    result["simulated_body_ahead_max_cm"] = Figure(float(lead) * CENTI, None, None, 15.0)
-    return result
-
-
 def feet(played: Mapping[str, Played], real: RealClips | None) -> dict[str, Figure]:
     """Skating, sliding contacts and the floor, over all frames of the suite that walk or run."""
     takes = list(played.values())
@@ -120,19 +68,19 @@ def feet(played: Mapping[str, Played], real: RealClips | None) -> dict[str, Figu
         theirs = _pooled(captured, _skate, gait)
         result[f"skate_{name}_before_lock_cm_s"] = Figure(_pooled(neutral, _skate, gait), theirs)
         limit = 10.0 if theirs is None else min(10.0, theirs)
-        result[f"skate_{name}_cm_s"] = Figure(_pooled(locked, _skate, gait), theirs, None, limit)
+        result[f"skate_{name}_cm_s"] = Figure(_pooled(locked, _skate, gait), theirs, high=limit)
     for gait, name in GAITS_MEASURED:
         slide = (_pooled(motions, _contact_speed, gait) for motions in (locked, captured))
-        result[f"contact_speed_{name}_cm_s"] = Figure(*slide, None, 2.0)
+        result[f"contact_speed_{name}_cm_s"] = Figure(*slide, high=2.0)
     for toe, side in enumerate(("left", "right")):
         share = (_pooled(motions, lambda m, toe=toe: m.contacts[:, 2 * toe + 1] > PLANTED, WALKING)
                  for motions in (locked, captured))
-        result[f"toe_contact_{side}_share"] = Figure(*share, 0.45, 0.7)
+        result[f"toe_contact_{side}_share"] = Figure(*share, low=0.45, high=0.7)
     # Two readings of the floor: no joint is under it; no toe joint is lower than in a flat foot, or the sole dips in.
     for name, joints, level in (("floor_pierced", slice(None), 0.0), ("toe_dip", TOES, TOE_HEIGHT)):
         depth = (_percentile_99([depth_under(m.positions[:, joints, 1], level) * CENTI for m in motions])
                  for motions in (locked, captured))
-        result[f"{name}_p99_cm"] = Figure(*depth, None, 1.0)
+        result[f"{name}_p99_cm"] = Figure(*depth, high=1.0)
     return result
 
 
@@ -147,13 +95,13 @@ def _contact_speed(motion: Motion) -> np.ndarray:
 def standing(take: Played, real: RealClips | None) -> dict[str, Figure]:
     """Twenty seconds without a wish, beside the stands of all real clips."""
     ours, theirs = [take.locked], real.idle if real else []
-    result = {"standing_drift_cm": Figure(drift(take.locked.root.positions) * CENTI, None, None, 1.0)}
+    result = {"standing_drift_cm": Figure(drift(take.locked.root.positions) * CENTI, high=1.0)}
     for unit, step in JERKS:
         captured = _pooled(theirs, _jerk_at(step))
-        result[f"standing_jerk_{unit}"] = Figure(_pooled(ours, _jerk_at(step)), captured, None, captured)
+        result[f"standing_jerk_{unit}"] = Figure(_pooled(ours, _jerk_at(step)), captured, high=captured)
 
     captured = _alive(theirs)
-    result["standing_alive_mm"] = Figure(_alive(ours), captured, 1.0 if captured is None else captured / 2)
+    result["standing_alive_mm"] = Figure(_alive(ours), captured, low=1.0 if captured is None else captured / 2)
     result["standing_alive_20_s_mm"] = Figure(liveliness(_relative(take.locked)) * MILLI)
     return result
 
@@ -179,12 +127,12 @@ def likeness(real: RealClips | None, followed: Sequence[Motion]) -> dict[str, Fi
     result = {}
     for gait, name in GAITS_MEASURED:
         theirs = _pooled(captured, _skate, gait)
-        result[f"same_ways_skate_{name}_cm_s"] = Figure(_pooled(ours, _skate, gait), theirs, None, theirs)
+        result[f"same_ways_skate_{name}_cm_s"] = Figure(_pooled(ours, _skate, gait), theirs, high=theirs)
     result |= _walking_jerk("same_ways_", ours, captured)
     theirs, ours = ([pose_and_velocity(motion.features()) for motion in side] for side in (captured, ours))
     distance = frechet_distance(np.concatenate(ours), np.concatenate(theirs)) * CENTI**2 if real else None
     halves = between_halves(theirs) * CENTI**2 if len(theirs) > 1 else None
-    result["same_ways_frechet_distance_cm2"] = Figure(distance, halves, None, None if halves is None else 1.5 * halves)
+    result["same_ways_frechet_distance_cm2"] = Figure(distance, halves, high=None if halves is None else 1.5 * halves)
     return result
 
 
@@ -193,7 +141,7 @@ def _walking_jerk(prefix: str, ours: Sequence[Motion], captured: Sequence[Motion
     for unit, step in JERKS:
         theirs = _pooled(captured, _jerk_at(step), WALKING)
         limit = None if theirs is None else 1.2 * theirs
-        result[f"{prefix}walking_jerk_{unit}"] = Figure(_pooled(ours, _jerk_at(step), WALKING), theirs, None, limit)
+        result[f"{prefix}walking_jerk_{unit}"] = Figure(_pooled(ours, _jerk_at(step), WALKING), theirs, high=limit)
     return result
 
 
@@ -215,11 +163,11 @@ def endurance(take: Played, real: RealClips | None) -> dict[str, Figure]:
     frozen = spells((speed < FROZEN_SPEED) & (asked > WALK_AT_LEAST), SPELL_SECONDS)
     fast = spells(speed > RUNAWAY_SHARE * np.maximum(asked, SLOWEST_ASKED), SPELL_SECONDS)
     return {
-        "random_nan_count": Figure(int((~np.isfinite(take.locked.positions)).sum()), None, None, 0),
+        "random_nan_count": Figure(int((~np.isfinite(take.locked.positions)).sum()), high=0),
         "random_outside_joint_range_share": Figure(None) if real is None else Figure(
-            _outside_share([take.locked], real), _outside_share(real.held_out, real), None, 0.001),
-        "random_freezes_count": Figure(len(frozen), None, None, 0),
-        "random_runaways_count": Figure(len(fast) + len(spells(_ahead(take) > RUNAWAY_METRES, 0.0)), None, None, 0),
+            _outside_share([take.locked], real), _outside_share(real.held_out, real), high=0.001),
+        "random_freezes_count": Figure(len(frozen), high=0),
+        "random_runaways_count": Figure(len(fast) + len(spells(take.lead > RUNAWAY_METRES, 0.0)), high=0),
     }
 
 
@@ -227,36 +175,6 @@ def _outside_share(motions: Sequence[Motion], real: RealClips) -> float:
     """Share of frames with a joint further than ANGLE_MARGIN out of the training clips' range."""
     angles = np.concatenate([joint_angles(m.local_rotations, m.root.facing) for m in motions])
     return float(outside(angles, real.low, real.high, ANGLE_MARGIN).mean())
-
-
-def _stretches(take: Played) -> list[tuple[np.ndarray, np.ndarray]]:
-    """(velocity (F, 2), asked (2,)) of each stretch over which the stick asks for one and the same."""
-    edges = np.flatnonzero(np.any(np.diff(take.asked, axis=0) != 0, axis=1)) + 1
-    return [(velocity, asked[0]) for velocity, asked in
-            zip(np.split(take.neutral.velocity, edges), np.split(take.asked, edges))]
-
-
-def _facing_time(take: Played) -> float:
-    """Seconds until the facing last asked for is within FACED, and stays there; infinite where it never is."""
-    face = [command.face for command in take.script]
-    asked = next(frame for frame in range(len(face) - 1, 0, -1) if face[frame] != face[frame - 1])
-    off = np.abs(rot.wrap_angle(take.neutral.root.facing[asked:] - rot.yaw_of(np.array(face[-1]))))
-    return time_until(off < FACED)
-
-
-def _last_change(take: Played) -> tuple[np.ndarray, np.ndarray]:
-    return _stretches(take)[-1]
-
-
-def _settled(take: Played) -> tuple[np.ndarray, np.ndarray]:
-    """Velocity from SETTLED_SECONDS after the stick has moved, and what it asks for."""
-    velocity, asked = _last_change(take)
-    return velocity[round(SETTLED_SECONDS * FPS):], asked
-
-
-def _ahead(take: Played) -> np.ndarray:
-    """How far (F,) the simulated body is from the character."""
-    return np.linalg.norm(take.simulated - take.neutral.root.positions[:, [0, 2]], axis=1)
 
 
 def _relative(motion: Motion) -> np.ndarray:

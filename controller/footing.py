@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from controller.trajectory import turned
 from sim.clip import FPS
+from sim.ramps import ramp
 from sim.skeleton import CONTACT_JOINTS
 from sim.springs import decay
 
@@ -12,22 +14,22 @@ LIFTED, PLANTED = 0.4, 0.8  # contact under which a joint tells nothing of the f
 
 
 class Footing:
-    """A network's root and feet never agree quite; where a foot stands, the foot is right."""
+    """A network's root and feet never agree quite; where a foot stands, the foot is right. Any leading axes, of a crowd."""
 
     def __init__(self) -> None:
-        self.feet: np.ndarray | None = None  # (4, 2) of the last frame, in its root frame
+        self.feet: np.ndarray | None = None  # (..., 4, 2) of the last frame, in its root frame
         self.slide = np.zeros(2)
 
     def step(self, root: np.ndarray, positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
-        """The root's step (3,): sideways, forward, turn; with the slide taken back. positions (21, 3), contacts (4,)."""
-        feet = positions[CONTACT_JOINTS][:, [0, 2]]
-        sine, cosine = np.sin(root[2]), np.cos(root[2])
-        x, z = feet.T
-        now = np.stack([cosine * x + sine * z + root[0], cosine * z - sine * x + root[1]], axis=-1)
-        held = np.clip((contacts - LIFTED) / (PLANTED - LIFTED), 0.0, 1.0)
-        slide = np.zeros(2)
-        if self.feet is not None and held.any():
-            slide = held @ (now - self.feet) / held.sum() * held.max()
+        """The root's step (..., 3): sideways, forward, turn; with the slide taken back. positions (..., 21, 3), contacts
+        (..., 4)."""
+        feet = positions[..., CONTACT_JOINTS, ::2]
+        now = root[..., None, :2] + turned(feet, root[..., 2])  # where they are in the root frame of the last frame
+        held = ramp(contacts, LIFTED, PLANTED)
+        moved = now - (now if self.feet is None else self.feet)
+        weight = held * (held.max(axis=-1) / np.maximum(held.sum(axis=-1), 1e-9))[..., None]
         self.feet = feet
-        self.slide += (slide - self.slide) * (1 - decay(HALFLIFE, 1 / FPS))
-        return root - SHARE * np.append(self.slide, 0.0)
+        self.slide = self.slide + (np.vecdot(weight[..., None], moved, axis=-2) - self.slide) * (1 - decay(HALFLIFE, 1 / FPS))
+        result = root.copy()
+        result[..., :2] -= SHARE * self.slide
+        return result

@@ -7,7 +7,8 @@ import numpy as np
 from controller.layout import GAITS, INPUT, INPUT_SLICES, OFFSETS, OUTPUT_SLICES
 from sim import rotations as rot
 from sim.clip import FPS
-from sim.skeleton import INDEX, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
+from sim.limbs import ARMS
+from sim.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 from sim.springs import response, spring_step
 
 SECONDS = 10  # length of the loop
@@ -34,7 +35,6 @@ def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray
     broken = np.cumsum(~standing | np.append(False, np.diff(clip) != 0))
     starts = np.flatnonzero(standing[:-length] & (broken[length:] == broken[:-length]))[::FPS // 10]
     positions = targets[:, OUTPUT_SLICES["positions"]].reshape(-1, JOINT_COUNT, 3)
-    hands = [INDEX["LeftHand"], INDEX["RightHand"]]
     root = slice(OUTPUT_SLICES["root"].start, OUTPUT_SLICES["root"].start + 2)
     best, most = np.zeros(SHAPE), 0.0
     for start in starts:
@@ -42,7 +42,7 @@ def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray
         # The smoothed root takes part in a weight shift; here it must stand, or the feet would move instead.
         hips = stretch[:, 0] + np.insert(np.cumsum(targets[start:start + length, root], axis=0), 1, 0.0, axis=1)
         sway = np.linalg.norm(hips.std(axis=0))
-        if np.linalg.norm(stretch[:, hands].std(axis=0), axis=-1).max() < QUIET and sway > most:
+        if np.linalg.norm(stretch[:, ARMS[-1]].std(axis=0), axis=-1).max() < QUIET and sway > most:
             axes = targets[start:start + length, OUTPUT_SLICES["rotations"]].reshape(length, JOINT_COUNT, 6)
             best, most = _harmonics(rot.from_6d(axes.astype(float)), hips.astype(float)), sway
     return best
@@ -64,25 +64,27 @@ def _harmonics(rotations: np.ndarray, hips: np.ndarray) -> np.ndarray:
 
 
 class Idle:
-    """Plays the loop while the character stands and eases it in and out."""
+    """Plays the loop while the character stands and eases it in and out. Any leading axes, of a crowd that breathes as one."""
 
     def __init__(self, loop: np.ndarray) -> None:
         """loop: SHAPE, from `fit`; zeros lay nothing on."""
         self.bearing, self.amplitudes = rot.from_rotation_vector(loop[0, UPPER]), loop[1:].reshape(2 * HARMONICS, -1)
         self.captured = bool(loop.any())
         self.frame = 0
-        self.easing = np.zeros((2, 3, 1))  # of the sway and of the bearing: share, its rate, wanted share
+        self.easing = np.zeros((2, 3, 1))  # (..., 2, 3, 1) of the sway and of the bearing: share, its rate, wanted share
 
-    def step(self, standing: float, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rotations (21, 4) in the root frame with the idle laid on them, and the hips' shift (3,); standing 0..1."""
+    def step(self, standing: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (..., 21, 4) in the root frame with the idle laid on them, and the hips' shift (..., 3); standing (...)
+        0..1."""
         self.frame += 1
-        self.easing[:, 2] = standing
-        self.easing[:, :2] = EASE @ self.easing
-        sway, bearing = self.easing[:, 0, 0].tolist()
-        if not self.captured or max(sway, bearing) < GONE:
+        self.easing[..., 2, 0] = np.asarray(standing)[..., None]
+        self.easing[..., :2, :] = EASE @ self.easing
+        shares = self.easing[..., 0, :, None]  # (..., 2, 1, 1)
+        if not self.captured or shares.max() < GONE:
             return rotations, np.zeros(3)
         rotations = rotations.copy()
-        rotations[UPPER] = rot.slerp(rotations[UPPER], self.bearing, bearing)
+        rotations[..., UPPER, :] = rot.slerp(rotations[..., UPPER, :], self.bearing, shares[..., 1, :, :])
         angle = TURNS * (self.frame * DT / SECONDS)
-        rows = (sway * np.concatenate([np.cos(angle), np.sin(angle)]) @ self.amplitudes).reshape(ROWS, 3)
-        return rot.multiply(rot.from_rotation_vector(rows[:JOINT_COUNT]), rotations), rows[JOINT_COUNT]
+        wave = np.concatenate([np.cos(angle), np.sin(angle)]) @ self.amplitudes
+        rows = shares[..., 0, :, :] * wave.reshape(ROWS, 3)
+        return rot.multiply(rot.from_rotation_vector(rows[..., :JOINT_COUNT, :]), rotations), rows[..., JOINT_COUNT, :]

@@ -4,6 +4,8 @@ Everything is expressed in the root frame of its own instant. The input at frame
 the output is the pose at t + 1, the root's way from t to t + 1 (in the frame of t) and what the future looks like from t + 1.
 """
 
+import math
+
 from sim.skeleton import CONTACT_JOINTS, JOINT_COUNT
 
 GAITS = ("stand", "walk", "run")
@@ -35,11 +37,8 @@ def slices(layout: dict[str, tuple[int, ...]]) -> dict[str, slice]:
     """Where each part lies in the flat vector."""
     result, start = {}, 0
     for name, shape in layout.items():
-        size = 1
-        for n in shape:
-            size *= n
-        result[name] = slice(start, start + size)
-        start += size
+        result[name] = slice(start, start + math.prod(shape))
+        start = result[name].stop
     return result
 
 

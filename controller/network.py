@@ -62,7 +62,10 @@ class PhaseFunctionedNetwork(nn.Module):
 
     def forward(self, x: torch.Tensor, phase: torch.Tensor) -> torch.Tensor:
         """x (batch, INPUT_SIZE), phase (batch,) radians -> (batch, OUTPUT_SIZE), all in natural units."""
-        coefficients = spline_coefficients(phase)
+        return self.blended(x, spline_coefficients(phase))
+
+    def blended(self, x: torch.Tensor, coefficients: torch.Tensor) -> torch.Tensor:
+        """The same for control points that count as coefficients (batch, 4) say."""
         h = (x - self.input_mean) / self.input_std
         for i, layer in enumerate(self.layers):
             if i:

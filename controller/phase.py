@@ -5,12 +5,16 @@ import numpy as np
 from controller.layout import GAITS
 from sim import rotations as rot
 from sim.clip import FPS
+from sim.ramps import ramp
 from sim.skeleton import CONTACT_JOINTS
 
 STEP_LONGEST = 0.9  # seconds between two foot strikes of one walk; a longer pause is a stand in between
 STEP_SHORTEST = 0.15  # seconds; quicker repeats are one strike whose label flickered
 CYCLE_SECONDS = 1.1  # a plain walk's cycle, for the ends of a clip where no strike tells
+CYCLE_SHORTEST = 0.6  # seconds that it takes there at least, however busy the feet
 WALK_ACTIVITY = 1.0  # metres a second: mean foot speed of a plain walk
+LEAST_ACTIVITY = 0.01  # metres a second that feet are taken to have at any time, lest a pause has no activity to share out
+ACTIVITY_SMOOTHING = 0.1  # seconds (Gaussian sigma)
 STAND_SPEED = (0.15, 0.45)  # metres a second of root speed between which standing fades into walking
 RUN_SPEED = (1.9, 2.5)  # metres a second between which walking fades into running
 TURN_RADIUS = 0.25  # metres: turning counts for the gait as the feet's way around the body
@@ -38,9 +42,9 @@ def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     positions (frames, 21, 3), contacts (frames, 4)."""
     from scipy.ndimage import gaussian_filter1d  # the live loop imports this file and labels no phase
     feet = np.linalg.norm(np.gradient(positions[:, CONTACT_JOINTS], 1 / FPS, axis=0), axis=-1).mean(axis=1)
-    activity = gaussian_filter1d(feet, 0.1 * FPS) + 0.01
+    activity = gaussian_filter1d(feet, ACTIVITY_SMOOTHING * FPS) + LEAST_ACTIVITY
     walking_rate = activity / WALK_ACTIVITY * (2 * np.pi / CYCLE_SECONDS / FPS)
-    rate = np.minimum(walking_rate, 2 * np.pi / 0.6 / FPS)
+    rate = np.minimum(walking_rate, 2 * np.pi / CYCLE_SHORTEST / FPS)  # radians a frame
 
     strikes = foot_strikes(contacts)
     for (start, foot), (end, next_foot) in zip(strikes, strikes[1:]):
@@ -62,12 +66,8 @@ def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
 def label_gait(velocity: np.ndarray, turn_rate: np.ndarray) -> np.ndarray:
     """Gait weights (frames, 3) for stand, walk and run that sum to 1, from root velocity (frames, 2) m/s and turn rate rad/s."""
     speed = rot.length(velocity)[..., 0]
-    moving = _ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_SPEED)
-    running = moving * _ramp(speed, *RUN_SPEED)
+    moving = ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_SPEED)
+    running = moving * ramp(speed, *RUN_SPEED)
     gait = np.empty((*speed.shape, len(GAITS)))
     gait[..., 0], gait[..., 1], gait[..., 2] = 1 - moving, moving - running, running
     return gait
-
-
-def _ramp(value: np.ndarray, low: float, high: float) -> np.ndarray:
-    return np.minimum(np.maximum((value - low) / (high - low), 0.0), 1.0)  # on few numbers much quicker than np.clip

@@ -17,29 +17,44 @@ FINE = 16  # places between two entries at which the straight lines are fitted t
 
 
 class PhaseTable:
-    """Natural input and phase to natural output, one character at a time, in numpy."""
+    """Natural input and phase to natural output: one character by the table, a crowd by the four control points.
+
+    A crowd's phases lie all round the cycle. It reads all four sets of weights once for everyone, and blends what they give
+    with the table's own coefficients, so that each moves as it would alone."""
 
     def __init__(self, network: PhaseFunctionedNetwork, entries: int = ENTRIES) -> None:
         self.entries = entries
-        coefficients = fitted(entries)
+        self.network = network
+        self.coefficients = fitted(entries)
         self.mean, self.deviation, self.output_mean, self.output_deviation = (
             getattr(network, name).numpy() for name in ("input_mean", "input_std", "output_mean", "output_std"))
-        self.layers = [_tabulated(layer, coefficients) for layer in network.layers]
+        self.layers = [_tabulated(layer, self.coefficients) for layer in network.layers]
         # What goes into each layer: once for either entry, each with a 1 at its end that the bias is multiplied by.
         self._inputs = [np.ones((2, table.shape[1]), np.float32) for table in self.layers]
 
     def __deepcopy__(self, memo: dict) -> "PhaseTable":
         return self  # nothing in it changes from step to step: copies of a character share it
 
-    def __call__(self, x: np.ndarray, phase: float) -> np.ndarray:
-        """x (INPUT_SIZE,) float32, phase in radians -> (OUTPUT_SIZE,)."""
-        entry, place = divmod(phase * (self.entries / (2 * math.pi)), 1)
+    def __call__(self, x: np.ndarray, phase: np.ndarray) -> np.ndarray:
+        """x (..., INPUT_SIZE) float32, phase (...) in radians -> (..., OUTPUT_SIZE), for no leading axes or one."""
+        place = phase * (self.entries / (2 * math.pi))
+        return self._one(x, float(place)) if x.ndim == 1 else self._many(x, place)
+
+    def _one(self, x: np.ndarray, place: float) -> np.ndarray:
+        entry, place = divmod(place, 1)
         entry, share = int(entry) % self.entries, np.array([[1 - place], [place]], np.float32)
         h = (x - self.mean) / self.deviation
         for i, (table, inputs) in enumerate(zip(self.layers, self._inputs)):
             inputs[:, :-1] = _elu(h) if i else h
             h = (inputs * share).ravel() @ table[entry:entry + 2].reshape(-1, table.shape[2])
         return h * self.output_deviation + self.output_mean
+
+    @torch.inference_mode()
+    def _many(self, x: np.ndarray, place: np.ndarray) -> np.ndarray:
+        entry, place = np.divmod(place, 1)
+        entry, place = entry.astype(int) % self.entries, place.astype(np.float32)[:, None]
+        coefficients = (1 - place) * self.coefficients[entry] + place * self.coefficients[entry + 1]
+        return self.network.blended(torch.from_numpy(x), torch.from_numpy(coefficients)).numpy()
 
 
 def fitted(entries: int) -> np.ndarray:

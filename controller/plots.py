@@ -6,6 +6,7 @@ from typing import Mapping
 import matplotlib
 import numpy as np
 
+from controller.measures import PLANTED
 from controller.suite import Played
 from sim.atomic import replacing
 from sim.clip import FPS
@@ -85,7 +86,7 @@ def _feet(played: Mapping[str, Played]):
                              **look)
             contact = played[name].locked.contacts[frames, toe]
             contacts.fill_between(seconds, row, row + 0.8 * contact, color=colour, alpha=0.35, lw=0)
-            contacts.fill_between(seconds, row, row + 0.8, where=contact > 0.5, color=colour, lw=0, step="mid")
+            contacts.fill_between(seconds, row, row + 0.8, where=contact > PLANTED, color=colour, lw=0, step="mid")
         heights.axhline(TOE_HEIGHT * 100, color=ASKED, lw=1, label="toe joint of a flat foot")
         contacts.grid(visible=False)
         heights.set(title=name, ylabel="height of the toe joint (cm)")

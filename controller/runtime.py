@@ -14,7 +14,7 @@ from controller.phase_table import PhaseTable
 from controller.trajectory import Trajectory
 from controller.wrists import Wrists
 from sim import rotations as rot
-from sim.command import Command
+from sim.command import Command, Commands
 from sim.pose import Pose
 
 SETTLE_FRAMES = 180  # frames of standing before the first one shown, so that the character starts alive and at ease
@@ -25,57 +25,67 @@ class PhaseFunctionedController:
 
     def __init__(self, network: PhaseFunctionedNetwork) -> None:
         self.network = PhaseTable(network)
-        self.trajectory, self.footing, self.wrists = Trajectory(), Footing(), Wrists()
-        self.phase = 0.0
-        self.body = network.standing.numpy()  # (POSE_SIZE,) positions and velocities of the last answer
-        self.idle = Idle(network.idle.numpy().astype(float))
+        self._leading: tuple[int, ...] = ()  # axes of every array: none for one character
+        # What a restart begins from: the phase; positions and velocities (..., POSE_SIZE) of the last answer; the idle.
+        self._start = np.zeros(()), network.standing.numpy(), Idle(network.idle.numpy().astype(float))
+        self.restart()
         for _ in range(SETTLE_FRAMES):
             self.step(Command())
-        self._settled = copy.deepcopy((self.phase, self.body, self.idle))
+        self._start = copy.deepcopy((self.phase, self.body, self.idle))
         self.restart()
 
     def restart(self) -> None:
         """Back to standing, settled, at the start point, as when it was made."""
-        self.trajectory, self.footing, self.wrists = Trajectory(), Footing(), Wrists()
-        self.phase, self.body, self.idle = copy.deepcopy(self._settled)
+        self.trajectory, self.footing, self.wrists = Trajectory(self._leading), Footing(), Wrists()
+        self.phase, self.body, self.idle = copy.deepcopy(self._start)
+
+    def crowd(self, count: int) -> "PhaseFunctionedController":
+        """So many characters side by side at the start point, driven by `Commands`: one axis in front of every array."""
+        many = copy.copy(self)
+        many._leading = (count,)
+        phase, body, idle = copy.deepcopy(self._start)
+        idle.easing = np.tile(idle.easing, (count, 1, 1, 1))
+        many._start = np.tile(phase, count), np.tile(body, (count, 1)), idle
+        many.restart()
+        return many
 
     @classmethod
     def from_pretrained(cls, name: str = weights.MODEL) -> "PhaseFunctionedController":
         """The shipped controller. Raises ValueError where its weights are missing or do not fit."""
         return cls(weights.load(name))
 
-    def step(self, command: Command) -> Pose:
-        """The next neutral pose: wish, network, then root and phase follow the answer."""
+    def step(self, command: Command | Commands) -> Pose:
+        """The next neutral pose, or a crowd's: wish, network, then root and phase follow the answer."""
         answer = self._ask(self.trajectory.samples(command))
         root = self.footing.step(answer["root"], answer["positions"], answer["contacts"])
         self.trajectory.follow(root, answer["future_positions"], answer["future_directions"])
-        self.phase = (self.phase + max(float(answer["phase"][0]), 0.0)) % (2 * math.pi)
+        self.phase = (self.phase + np.maximum(answer["phase"][..., 0], 0.0)) % (2 * math.pi)
         return self._pose(answer)
 
     def _ask(self, samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The network's answer by name, from the trajectory's samples and the body of the last frame."""
-        x = np.empty(INPUT_SIZE, np.float32)
+        x = np.empty((*self._leading, INPUT_SIZE), np.float32)
         for name, values in samples.items():
-            x[INPUT_SLICES[name]] = values.ravel()
-        x[POSE] = self.body
+            x[..., INPUT_SLICES[name]] = values.reshape(*self._leading, -1)
+        x[..., POSE] = self.body
         y = self.network(x, self.phase)
-        self.body = y[:POSE_SIZE]
+        self.body = y[..., :POSE_SIZE]
         y = y.astype(float)
-        answer = {name: y[where].reshape(OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
+        answer = {name: y[..., where].reshape(*self._leading, *OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
         answer["contacts"] = 1 / (1 + np.exp(-answer["contacts"]))
         return answer
 
     def _pose(self, answer: dict[str, np.ndarray]) -> Pose:
         """The answer, given in the root frame, with the idle laid on it and placed in the world."""
         rotations, shift = self.idle.step(self.trajectory.standing, rot.from_6d(answer["rotations"]))
-        x, z = self.trajectory.position
-        root = np.array([x, 0.0, z])
+        root = np.zeros((*self._leading, 3))
+        root[..., ::2] = self.trajectory.position
         to_world = rot.from_yaw(self.trajectory.facing)
         return Pose(
             root_position=root,
             root_facing=rot.wrap_angle(self.trajectory.facing),
-            hips=root + rot.rotate(to_world, answer["positions"][0] + shift),
-            rotations=rot.multiply(to_world, self.wrists.step(rotations)),
+            hips=root + rot.rotate(to_world, answer["positions"][..., 0, :] + shift),
+            rotations=rot.multiply(to_world[..., None, :], self.wrists.step(rotations)),
             contacts=answer["contacts"],
             phase=self.phase,
         )

@@ -7,13 +7,13 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from controller.dataset import load_neutral
+from controller.measures import PLANTED
 from controller.suite import Motion, Played
 from sim import rotations as rot
 from sim.clip import FPS
 from sim.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT
 
 POSES, SPACING = 14, 0.75  # of a strip, and metres between two of them on the page
-CONTACT = 0.5
 COLOURS = dict(zip(PART_NAMES, ("#0b6e99", "#c8553d", "#3b4252", "#5aa9c9", "#e39a86")))  # left is blue, right is red
 VIEW = np.radians(40)  # the eye stands to the character's left and that far to its front
 
@@ -85,7 +85,7 @@ def _strip(axes, motion: Motion) -> None:
             if parent >= 0:
                 axes.plot((x[parent], x[joint]), (y[parent], y[joint]), lw=4, solid_capstyle="round",
                           color=COLOURS[PART_NAMES[PART_OF_JOINT[joint]]])
-        feet = rot.rotate(turn, motion.feet[frame] - motion.root.positions[frame])[motion.contacts[frame] > CONTACT]
+        feet = rot.rotate(turn, motion.feet[frame] - motion.root.positions[frame])[motion.contacts[frame] > PLANTED]
         axes.plot(feet[:, 0] + SPACING * place, feet[:, 1], "o", ms=3, color="black", zorder=5)
     axes.axhline(0, color="#9aa5b1", lw=1, zorder=0)
     axes.set(xlim=(-SPACING, SPACING * POSES), ylim=(-0.05, 1.8), aspect="equal")

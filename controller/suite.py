@@ -10,7 +10,7 @@ import numpy as np
 
 from controller.phase import label_gait
 from controller.runtime import PhaseFunctionedController
-from sim import rotations as rot
+from controller.trajectory import turned
 from sim.clip import FPS, Clip, RootFrame, root_frame
 from sim.command import GAIT_SPEEDS, Command
 from sim.contacts import foot_contacts
@@ -114,11 +114,17 @@ class Played:
         """The velocity the stick asks for (F, 2)."""
         return np.array([command.desired_velocity for command in self.script])
 
+    @property
+    def lead(self) -> np.ndarray:
+        """How far (F,) the simulated body is from the character, in metres."""
+        return np.linalg.norm(self.simulated - self.neutral.root.positions[:, [0, 2]], axis=1)
+
 
 class Unstyled:
     """In the stylizer's place: the neutral pose passes through, as it does while no style is asked for."""
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping) -> Pose:
+        """The neutral pose itself."""
         return neutral
 
     def restart(self) -> None:
@@ -183,8 +189,7 @@ def random_sticks(seconds: float = RANDOM_SECONDS, seed: int = 1) -> Script:
 
 def follow(clip: Motion) -> Script:
     """The sticks that ask for a real clip's way, root velocity and facing, after LEAD_IN_SECONDS of how it begins."""
-    turn = rot.from_yaw(-clip.root.facing[0])
-    velocity = rot.rotate(turn, np.insert(clip.velocity, 1, 0.0, axis=1))[:, [0, 2]]
+    velocity = turned(clip.velocity, -clip.root.facing[0])
     facing = clip.root.facing - clip.root.facing[0]
     commands = [_asking_for(v, (float(np.sin(yaw)), float(np.cos(yaw)))) for v, yaw in zip(velocity, facing)]
     return [commands[0]] * (LEAD_IN_SECONDS * FPS) + commands[:FOLLOW_SECONDS * FPS]

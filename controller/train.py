@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from torch.nn import functional as F
 from tqdm import tqdm
 
 from controller import idle
 from controller.dataset import Frames, load_folder, neutral_files
 from controller.layout import GAITS, INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
+from controller.losses import Skeleton, losses_of, way_over_floor
 from controller.network import PhaseFunctionedNetwork
 from controller.weights import MODEL, save
-from sim.clip import FPS
-from sim.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, JOINT_COUNT, PARENTS
+from sim.atomic import replacing
+from sim.skeleton import JOINT_COUNT
 from sim.sources import credit
 
 BATCH = 2048  # frames an update, however long the rollouts
@@ -29,14 +29,7 @@ ROLLOUTS = ((0.0, 1), (0.1, 4), (0.3, 8))  # from which share of the time on, ro
 POSE_SCALE = 0.3  # joint inputs are scaled down so that the trajectory matters (Holden et al. 2017 take 0.1)
 POSE_NOISE = 0.1  # standard deviations, on the pose a rollout starts from
 TRAJECTORY_NOISE = 0.02  # metres and direction units: the stick's wish is never quite a real future
-# What each part of the output counts: mean absolute error in standard deviations, contacts by cross-entropy.
-LOSS_WEIGHTS = {"positions": 1.0, "velocities": 0.5, "rotations": 1.0, "root": 2.0, "phase": 1.0,
-                "future_positions": 0.5, "future_directions": 0.5, "contacts": 0.2}
-SKELETON_WEIGHT = 10.0  # per metre, on joints placed by the rotations alone: what is drawn
 HALF_PRECISION_UNTIL = 0.8  # share of the time that runs in bf16 where the chip multiplies it faster
-WAY_WEIGHT = 0.5  # per metre a second, on the way of all joints from frame to frame: what jitters has the wrong one
-SLIDE_WEIGHT = 1.0  # per metre a second, on that of ankles and toes over the floor
-PLANTED_WEIGHT = 8.0  # how much more that counts while the joint is planted
 CHECKPOINT_SECONDS = 180
 
 
@@ -109,45 +102,32 @@ class Trainer:
         self.spent += time.perf_counter() - start
         return result
 
-    def rollout(self, starts: np.ndarray, length: int, noise: bool, network=None) -> dict[str, torch.Tensor]:
-        """Losses over `length` frames from each start, pose and phase fed back as at run time, the trajectory from the data."""
+    def rollout(self, starts: np.ndarray, length: int, noise: bool,
+                network: PhaseFunctionedNetwork | None = None) -> dict[str, torch.Tensor]:
+        """Losses over `length` frames from each start, pose and phase fed back as at run time, the trajectory from the data.
+
+        network: another than the one in training."""
         network = network or self.network
         total: dict[str, torch.Tensor] = {}
-        pose, phase = None, self.phase[starts].to(self.device)
+        phase = self.phase[starts].to(self.device)
         for t in range(length):
             x, target = self.inputs[starts + t].to(self.device), self.targets[starts + t].to(self.device)
-            if pose is None:
-                before = truth_before = x[:, INPUT_SLICES["positions"]].view(-1, JOINT_COUNT, 3)
             if noise:
                 x[:, :POSE.start] += TRAJECTORY_NOISE * torch.randn_like(x[:, :POSE.start])
-                if pose is None:
-                    x[:, POSE] += POSE_NOISE * POSE_SCALE * network.input_std[POSE] * torch.randn_like(x[:, POSE])
-            if pose is not None:
-                x = torch.cat([x[:, :POSE.start], pose], dim=1)
-            y = network(x, phase)
+            if t == 0:
+                pose = x[:, POSE]
+                if noise:
+                    pose = pose + POSE_NOISE * POSE_SCALE * network.input_std[POSE] * torch.randn_like(pose)
+                before = truth_before = pose[:, :3 * JOINT_COUNT].view(-1, JOINT_COUNT, 3)
+            y = network(torch.cat([x[:, :POSE.start], pose], dim=1), phase)
             pose = y[:, :POSE_SIZE]
             phase = torch.remainder(phase + y[:, OUTPUT_SLICES["phase"]][:, 0], 2 * math.pi)
             joints, truth = self.skeleton(y), self.skeleton(target)
-            losses = self.losses(y, target)
-            losses["skeleton"] = (joints - truth).abs().mean()
-            way = FPS * (way_over_floor(y, before, joints) - way_over_floor(target, truth_before, truth)).abs()
-            planted = 1 + (PLANTED_WEIGHT - 1) * target[:, OUTPUT_SLICES["contacts"], None]
-            losses["slide"] = (way[:, CONTACT_JOINTS][..., [0, 2]] * planted).mean()
-            losses["way"] = way.mean()
-            losses["loss"] = (losses["loss"] + SKELETON_WEIGHT * losses["skeleton"] + SLIDE_WEIGHT * losses["slide"]
-                              + WAY_WEIGHT * losses["way"])
+            astray = way_over_floor(y, before, joints) - way_over_floor(target, truth_before, truth)
             before, truth_before = joints, truth
-            for name, value in losses.items():
+            for name, value in losses_of(y, target, network.output_std, joints - truth, astray).items():
                 total[name] = total.get(name, 0) + value / length
         return total
-
-    def losses(self, y: torch.Tensor, target: torch.Tensor) -> dict[str, torch.Tensor]:
-        """The loss of each part of the output and their weighted sum, for outputs and targets (batch, OUTPUT_SIZE)."""
-        error = (y - target).abs() / self.network.output_std
-        contacts = OUTPUT_SLICES["contacts"]
-        parts = {name: error[:, where].mean() for name, where in OUTPUT_SLICES.items() if name != "contacts"}
-        parts["contacts"] = F.binary_cross_entropy_with_logits(y[:, contacts], target[:, contacts])
-        return {"loss": sum(LOSS_WEIGHTS[name] * value for name, value in parts.items()), **parts}
 
     @torch.no_grad()
     def log(self, path: Path) -> None:
@@ -171,8 +151,8 @@ class Trainer:
         state = {"network": self.network.state_dict(), "average": self.average.state_dict(),
                  "optimizer": self.optimizer.state_dict(), "spent": self.spent,
                  "random": self.random.bit_generator.state, "torch_random": torch.get_rng_state()}
-        torch.save(state, path.with_suffix(".partial"))
-        path.with_suffix(".partial").replace(path)
+        with replacing(path) as temporary:
+            torch.save(state, temporary)
 
     def restore(self, path: Path) -> None:
         """Goes on from a checkpoint. Raises ValueError where there is none."""
@@ -195,45 +175,18 @@ class Starts:
     """Where rollouts may begin: drawn by weight, never across the end of a clip."""
 
     def __init__(self, frames: Frames, chosen: np.ndarray) -> None:
+        """chosen (N,) bool: the frames that may be drawn."""
         self.starts = np.flatnonzero(chosen)
         weight = frames.weight[self.starts]
         self.cumulative = np.cumsum(weight / weight.sum()) if len(weight) else weight
         ends = np.flatnonzero(frames.last)
+        # Frames (N,) from each one to the end of its clip, itself included.
         self.left = ends[np.searchsorted(ends, np.arange(len(frames.last)))] - np.arange(len(frames.last)) + 1
 
     def draw(self, random: np.random.Generator, length: int, count: int) -> np.ndarray:
-        """Frame indices (count,) from which `length` frames follow in the same clip; a start too late is moved forward."""
+        """Frame indices (count,) from which `length` frames follow in the same clip; a start too late is moved back."""
         starts = self.starts[np.searchsorted(self.cumulative, random.random(count)).clip(max=len(self.starts) - 1)]
         return starts - np.maximum(0, length - self.left[starts])
-
-
-class Skeleton(torch.nn.Module):
-    """Joint positions (batch, 21, 3) in the root frame, from the hips' position and the rotations of an output vector."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.register_buffer("ancestors", torch.tensor(ANCESTORS, dtype=torch.float32))
-        self.register_buffer("offsets", torch.tensor(BONE_OFFSETS, dtype=torch.float32))
-
-    def forward(self, y: torch.Tensor) -> torch.Tensor:
-        axes = y[:, OUTPUT_SLICES["rotations"]].view(-1, JOINT_COUNT, 6)[:, PARENTS[1:]]
-        forward = F.normalize(axes[..., :3], dim=-1)
-        left = F.normalize(torch.linalg.cross(axes[..., 3:], forward), dim=-1)
-        matrix = torch.stack([left, torch.linalg.cross(forward, left), forward], dim=-1)
-        bones = (matrix @ self.offsets[1:, :, None])[..., 0]
-        hips = y[:, OUTPUT_SLICES["positions"]][:, None, :3]
-        return self.ancestors @ torch.cat([hips, bones], dim=1)
-
-
-def way_over_floor(y: torch.Tensor, before: torch.Tensor, now: torch.Tensor) -> torch.Tensor:
-    """How far each joint went in a frame, the root's step included: (batch, 21, 3) metres, in the earlier root frame.
-
-    before, now: joint positions (batch, 21, 3), each in its own root frame; y tells the root's step between them."""
-    step = y[:, OUTPUT_SLICES["root"]]
-    x, height, z = now.unbind(-1)
-    sine, cosine = torch.sin(step[:, 2:]), torch.cos(step[:, 2:])
-    x, z = cosine * x + sine * z + step[:, :1], cosine * z - sine * x + step[:, 1:2]
-    return torch.stack([x, height, z], dim=-1) - before
 
 
 def set_statistics(network: PhaseFunctionedNetwork, frames: Frames) -> None:
@@ -261,7 +214,8 @@ def _cached(data_dir: Path, cache: Path) -> Frames:
         with np.load(cache) as file:
             return Frames(**{name: file[name] for name in file.files if name != "names"}, names=file["names"].tolist())
     frames = load_folder(data_dir)
-    np.savez(cache, **vars(frames))
+    with replacing(cache) as temporary:  # half a file would stop every later start
+        np.savez(temporary, **vars(frames))
     return frames
 
 

@@ -7,6 +7,7 @@ from safetensors.torch import save_file
 
 from controller.layout import LAYOUT_VERSION
 from controller.network import PhaseFunctionedNetwork
+from sim.atomic import replacing
 from sim.skeleton import skeleton_hash
 
 FOLDER = Path(__file__).parent / "weights"
@@ -18,9 +19,8 @@ def save(network: PhaseFunctionedNetwork, path: Path, **origin: str) -> None:
     header = {"model": MODEL, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash(), "hidden": str(network.hidden), **origin}
     tensors = {name: value.half() if name.startswith("layers") else value for name, value in network.state_dict().items()}
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".partial")
-    save_file(tensors, partial, header)
-    partial.replace(path)
+    with replacing(path) as temporary:
+        save_file(tensors, temporary, header)
 
 
 def load(name: str = MODEL, folder: Path = FOLDER) -> PhaseFunctionedNetwork:

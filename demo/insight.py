@@ -40,7 +40,7 @@ class Insight:
         way = getattr(self._session.controller, "trajectory", None)
         if way is None:
             return None
-        return Paths(way.past_positions[::4], way.wished_positions, way.expected_positions)
+        return Paths(way.past_positions[::4], way.wished[:, :2], way.expected[:, :2])
 
     def past(self) -> tuple[Pose, ...]:
         """Neutral poses of the half second that the stylizer is given, the oldest first; none is newer than now."""

@@ -7,9 +7,9 @@ from typing import Mapping
 from demo.bindings import SLOTS
 from sim import worn
 from sim.atomic import replacing
+from sim.folders import data_folder
 from sim.skeleton import GROUPS, PART_NAMES
 from sim.worn import Worn
-from stylizer.bank import user_folder
 
 BUNDLED = Path(__file__).parent / "presets.json"
 FORMAT = "patchwalk-presets"
@@ -21,7 +21,7 @@ class Presets:
 
     def __init__(self, path: Path | None = None) -> None:
         """Raises ValueError, naming the slot, for a file with a mistake: it would be lost at the next save."""
-        self.path = path or user_folder().parent / "presets.json"
+        self.path = path or data_folder() / "presets.json"
         self.slots = _read(self.path if self.path.exists() else BUNDLED)
 
     def save(self, slot: int, style: Mapping[str, Worn]) -> str:

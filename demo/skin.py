@@ -1,7 +1,8 @@
 """The figure's skin: its capsules melted into one smooth surface, cut into triangles and tied to the joints.
 
-The surface is where a smooth union of distances (log-sum-exp) is zero; the triangles come from naive surface nets
-(Gibson 1998) and each corner is then moved onto the surface. A corner follows the joints whose capsules are near it."""
+The surface is where a smooth union of distances (log-sum-exp) is zero; corners and quads come from naive surface nets
+(Gibson 1998), each corner is then moved onto the surface and each quad folded as the surface goes. A corner follows the joints
+whose capsules are near it."""
 
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -66,7 +67,7 @@ def make_skin(cell: float) -> Skin:
     """The skin in triangles of about `cell` metres."""
     low, high = body.BIND.positions.min(0) - 0.3, body.BIND.positions.max(0) + 0.3
     axes = [np.arange(a, b, cell) for a, b in zip(low, high, strict=True)]
-    corners, triangles = surface_nets(_grid_distance(axes))
+    corners, quads = surface_nets(_grid_distance(axes))
     positions = low + corners * cell
     for _ in range(3):
         distance, normals = _distance_and_normal(positions)
@@ -74,7 +75,7 @@ def make_skin(cell: float) -> Skin:
     _, normals = _distance_and_normal(positions)
     open_at = [np.clip(_distance(positions + normals * step)[0] / step, 0, 1) for step in (0.03, 0.07)]
     joints, weights = _ties(positions)
-    return Skin(positions, normals, np.mean(open_at, axis=0), joints, weights, triangles.astype(np.uint32))
+    return Skin(positions, normals, np.mean(open_at, axis=0), joints, weights, _triangles(positions, quads))
 
 
 # The forms in the bind pose: where each starts, and its axes.
@@ -134,7 +135,7 @@ def _ties(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def surface_nets(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The zero surface of a grid (x, y, z): corners (n, 3) in cells, and triangles (m, 3) that front the positive side.
+    """The zero surface of a grid (x, y, z): corners (n, 3) in cells, and quads (m, 4) that front the positive side.
 
     Every cell that the surface crosses gets one corner, the mean of the crossings on its edges; every grid edge that it
     crosses joins the corners of the four cells around that edge."""
@@ -163,7 +164,7 @@ def surface_nets(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _quads(distance: np.ndarray, index: np.ndarray, axis: int) -> np.ndarray:
-    """Triangles (m, 3) for the grid edges along one axis that the surface crosses."""
+    """Corners (m, 4), one after the other round each grid edge along one axis that the surface crosses."""
     first, second = (axis + 1) % 3, (axis + 2) % 3
     inner = [slice(1, -1)] * 3
     inner[axis] = slice(None, -1)
@@ -179,5 +180,13 @@ def _quads(distance: np.ndarray, index: np.ndarray, axis: int) -> np.ndarray:
         cell[:, second] += b
         around.append(index[tuple(cell.T)])
     p, q, r, s = around
-    q, s = np.where(leaves, q, s), np.where(leaves, s, q)
-    return np.concatenate([np.stack([p, q, r], -1), np.stack([p, r, s], -1)])
+    return np.stack([p, np.where(leaves, q, s), r, np.where(leaves, s, q)], axis=-1)
+
+
+def _triangles(positions: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """(2 m, 3) uint32: quads (m, 4) of corners at positions (n, 3), each folded along the diagonal that lies nearer to the
+    surface. Folded all alike, every other quad along the edge of a hand is folded across it: a sawtooth for an outline."""
+    middles = (positions[quads[:, :2]] + positions[quads[:, 2:]]) / 2  # (m, 2, 3), of either diagonal
+    first, second = np.abs(_distance(middles.reshape(-1, 3))[0]).reshape(-1, 2).T
+    quads = np.where((second < first)[:, None], np.roll(quads, 1, axis=1), quads)
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.uint32)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pygame
 
 from demo.bindings import CONTROLS, DEFAULT, Bindings, Names
-from stylizer.bank import user_folder
+from sim.folders import data_folder
 
 DEVICES = {"keys": "keys", "gamepad": "pad", "mouse": "mouse"}  # section of the file -> field of Bindings
 MOUSE = ("left", "middle", "right", "back", "forward", "wheel up", "wheel down")
@@ -27,7 +27,7 @@ HEAD = """# Patchwalk: which key, mouse button or gamepad control does what.
 
 def path() -> Path:
     """Where the file is looked for; it need not exist."""
-    return user_folder().parent / "keys.toml"
+    return data_folder() / "keys.toml"
 
 
 def load(file: Path | None = None) -> Bindings:

@@ -12,14 +12,13 @@ from typing import Iterable, Iterator
 import numpy as np
 
 from sim import rotations as rot
-from sim.clip import FPS, MIRROR_QUATERNION
+from sim.clip import FPS, MIRROR_POSITION, MIRROR_QUATERNION
 from sim.session import Frame
 from sim.skeleton import BONE_OFFSETS, JOINTS
 
 HOST, PORT = "127.0.0.1", 39539  # this machine only, and the port that receivers listen on by default
 LARGEST_PACKET = 1400  # bytes: what a network carries in one piece
 _UNITY = {"UpLeg": "UpperLeg", "Leg": "LowerLeg", "Toe": "Toes", "Arm": "UpperArm", "ForeArm": "LowerArm"}
-MIRROR_POSITION = np.array([-1.0, 1.0, 1.0])
 BUNDLE = b"#bundle\0" + struct.pack(">Q", 1)  # to be carried out at once
 
 

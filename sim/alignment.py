@@ -12,8 +12,8 @@ import numpy as np
 from sim import rotations as rot
 from sim.skeleton import BONE_OFFSETS, INDEX, JOINTS, PARENTS
 from sim.source_body import ENOUGH_PLANTED, SIDES, SourceBody
+from sim.vectors import FORWARD, LEFT, UP
 
-LEFT, UP, FORWARD = np.eye(3)
 SNAP = np.cos(np.radians(35.0))  # a direction this near to a local axis was meant to be that axis
 ALIKE, OPPOSITE = np.cos(np.radians((80.0, 135.0)))  # a neck and a head, an upper and a lower arm differ by less in use
 TORSO = ("Hips", "Spine", "Chest", "Neck", "Head")
@@ -120,41 +120,48 @@ def _from_rest(body: SourceBody, axes: np.ndarray) -> dict[str, np.ndarray]:
 def _from_bones(body: SourceBody) -> dict[str, np.ndarray]:
     """Each joint from the direction of its bone and, across it, from left and right or the hinge of its limb."""
     constants = _torso_from_bones(body)
-    chest = rot.multiply(body.rotations[:, body.index["Chest"]], constants["Chest"])
-    hips = rot.multiply(body.rotations[:, body.index["Hips"]], constants["Hips"])
-    chest_up, chest_forward, hips_left = rot.rotate(chest, UP), rot.rotate(chest, FORWARD), rot.rotate(hips, LEFT)
-
+    hips_left = _in_world(body, constants, "Hips", LEFT)
+    chest_up, chest_forward = (_in_world(body, constants, "Chest", axis) for axis in (UP, FORWARD))
     for side, outward in zip(SIDES, (LEFT, -LEFT), strict=True):
         shoulder = side + "Shoulder"
         if body.has(shoulder):
             up = _nearest_axis(body.seen_from(shoulder, chest_up))
             constants[shoulder] = align(outward, UP, body.bone(shoulder, side + "Arm"), up)
-
-    for upper, lower, end, hinge in LIMBS:
+    for limb in LIMBS:
+        upper, lower, *_ = limb
         along = rot.normalize(body.at(lower) - body.at(upper))
-        likely = hips_left if upper.endswith("UpLeg") else rot.cross(along, chest_forward)
-        bend = body.bend(upper, lower, end)
-        amount = np.linalg.norm(bend, axis=-1, keepdims=True)
-        if np.ptp(np.percentile(amount, (5, 95))) < LEAST_STRETCH or not _is_hinge(body, upper, bend):
-            bend = bend * amount + 0.1 * likely  # trust it where it bends far and, where it never does, what is likely
-        bones = rot.normalize(np.array([body.bone(upper, lower), body.bone(lower, end)]))
-        axis = _across(bones[0], body.seen_from(upper, bend))
-        constants[upper] = align(BONE_OFFSETS[INDEX[lower]], hinge, bones[0], axis)
-        # A forearm may be turned over throughout a clip: it has the upper arm's axes unless it clearly has not.
-        seen = rot.normalize(body.seen_from(lower, bend))
-        if bones[0] @ bones[1] < 0.9 or axis @ seen < OPPOSITE:
-            axis = _across(bones[1], seen)
-        constants[lower] = align(BONE_OFFSETS[INDEX[end]], hinge, bones[1], axis)
-        constants[end] = constants[lower]
-
+        constants |= _limb_from_bones(body, *limb, hips_left if upper.endswith("UpLeg") else rot.cross(along, chest_forward))
     for side in SIDES:  # feet: the knee's hinge goes across them; a toe's axes are like its foot's
-        shin, foot, toe = side + "Leg", side + "Foot", side + "Toe"
+        foot, toe = side + "Foot", side + "Toe"
         if body.has(toe):
-            shin_left = rot.rotate(rot.multiply(body.rotations[:, body.index[shin]], constants[shin]), LEFT)
+            shin_left = _in_world(body, constants, side + "Leg", LEFT)
             for name, ours in ((foot, BONE_OFFSETS[INDEX[toe]]), (toe, FORWARD)):
                 across = _nearest_axis(body.seen_from(name, shin_left))
                 constants[name] = align(LEFT, ours, across, body.bone(foot, toe))
     return constants
+
+
+def _in_world(body: SourceBody, constants: dict[str, np.ndarray], name: str, axis: np.ndarray) -> np.ndarray:
+    """(F, 3) where one of our axes (3,) of a joint whose constant is known points throughout the motion."""
+    return rot.rotate(rot.multiply(body.rotations[:, body.index[name]], constants[name]), axis)
+
+
+def _limb_from_bones(body: SourceBody, upper: str, lower: str, end: str, hinge: np.ndarray,
+                     likely: np.ndarray) -> dict[str, np.ndarray]:
+    """The constants of one of LIMBS; likely (F, 3) is the world axis about which such a limb bends if it bends at all."""
+    bend = body.bend(upper, lower, end)
+    amount = np.linalg.norm(bend, axis=-1, keepdims=True)
+    if np.ptp(np.percentile(amount, (5, 95))) < LEAST_STRETCH or not _is_hinge(body, upper, bend):
+        bend = bend * amount + 0.1 * likely  # trust it where it bends far and, where it never does, what is likely
+    bones = rot.normalize(np.array([body.bone(upper, lower), body.bone(lower, end)]))
+    axis = _across(bones[0], body.seen_from(upper, bend))
+    of_upper = align(BONE_OFFSETS[INDEX[lower]], hinge, bones[0], axis)
+    # A forearm may be turned over throughout a clip: it has the upper arm's axes unless it clearly has not.
+    seen = rot.normalize(body.seen_from(lower, bend))
+    if bones[0] @ bones[1] < 0.9 or axis @ seen < OPPOSITE:
+        axis = _across(bones[1], seen)
+    of_lower = align(BONE_OFFSETS[INDEX[end]], hinge, bones[1], axis)
+    return {upper: of_upper, lower: of_lower, end: of_lower}
 
 
 def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:

@@ -9,11 +9,13 @@ import numpy as np
 from sim import rotations as rot
 from sim.kinematics import forward_kinematics, to_global
 from sim.skeleton import CONTACT_JOINTS, INDEX, MIRROR, TOE_HEIGHT
+from sim.vectors import FLOOR, UP
 
 FPS = 60
 ROOT_SMOOTHING = 0.15  # seconds (Gaussian sigma): the root follows the way, not the sway of each step
 STILL_SPEED = 0.3  # metres a second under which the lowest joint of the feet counts as standing on the floor
-MIRROR_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])  # reflection through the YZ plane
+# Reflection through the YZ plane, of positions and of rotations: left becomes right.
+MIRROR_POSITION, MIRROR_QUATERNION = np.array([-1.0, 1.0, 1.0]), np.array([1.0, 1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -54,16 +56,16 @@ class Clip:
 
     def paced(self, pace: float) -> "Clip":
         """The same motion played `pace` times as fast, at the same frame rate."""
-        return replace(replace(self, fps=self.fps * pace).resampled(self.fps), fps=self.fps) if pace != 1 else self
+        return replace(self, fps=self.fps * pace).resampled(self.fps) if pace != 1 else self
 
     def mirrored(self) -> "Clip":
         """Left and right exchanged."""
-        return replace(self, hips=self.hips * np.array([-1.0, 1.0, 1.0]),
+        return replace(self, hips=self.hips * MIRROR_POSITION,
                        rotations=self.rotations[:, MIRROR] * MIRROR_QUATERNION, name=self.name + "-mirrored")
 
     def grounded(self) -> "Clip":
         """Moved vertically so that the planted toes stand at TOE_HEIGHT above a floor at 0."""
-        return replace(self, hips=self.hips - np.array([0.0, floor_height(self.positions(), self.fps), 0.0]))
+        return replace(self, hips=self.hips - floor_height(self.positions(), self.fps) * UP)
 
 
 @dataclass(frozen=True)
@@ -91,16 +93,16 @@ def floor_height(positions: np.ndarray, fps: float = FPS) -> float:
 def facing_of(positions: np.ndarray) -> np.ndarray:
     """Yaw (frames,) square to the hips and shoulders (Holden et al. 2016), from joint positions (frames, 21, 3), unsmoothed."""
     def across(left: str, right: str) -> np.ndarray:
-        return rot.normalize((positions[..., INDEX[left], :] - positions[..., INDEX[right], :]) * np.array([1.0, 0.0, 1.0]))
+        return rot.normalize((positions[..., INDEX[left], :] - positions[..., INDEX[right], :]) * FLOOR)
 
     left = across("LeftUpLeg", "RightUpLeg") + across("LeftArm", "RightArm")
-    return rot.yaw_of(rot.cross(left, np.array([0.0, 1.0, 0.0])))
+    return rot.yaw_of(rot.cross(left, UP))
 
 
 def root_frame(positions: np.ndarray, fps: float = FPS) -> RootFrame:
     """The root frame of joint positions (frames, 21, 3): hips on the floor and facing, both smoothed over ROOT_SMOOTHING."""
     sigma = ROOT_SMOOTHING * fps
-    ground = positions[:, 0] * np.array([1.0, 0.0, 1.0])
+    ground = positions[:, 0] * FLOOR
     return RootFrame(_smooth(ground, sigma), _smooth(np.unwrap(facing_of(positions)), sigma))
 
 

@@ -1,7 +1,7 @@
 """What the player asks for in one frame."""
 
 from dataclasses import dataclass, field
-from typing import Mapping
+from typing import Mapping, Sequence
 
 import numpy as np
 
@@ -30,3 +30,30 @@ class Command:
     def desired_velocity(self) -> np.ndarray:
         """What the stick asks, before any spring: (2,) world x, z in metres a second."""
         return np.array(self.move) * GAIT_SPEEDS[self.gait]
+
+    @property
+    def heading(self) -> np.ndarray:
+        """Where it is to face: (2,) world x, z of any length, next to none for no wish."""
+        return np.array(self.move if self.face is None else self.face)
+
+
+@dataclass(frozen=True)
+class Commands:
+    """What is asked of each of a crowd in one frame: as of one, with the characters as leading axis."""
+
+    each: Sequence[Command]
+
+    @property
+    def desired_velocity(self) -> np.ndarray:
+        """(characters, 2)"""
+        return np.array([command.desired_velocity for command in self.each])
+
+    @property
+    def heading(self) -> np.ndarray:
+        """(characters, 2)"""
+        return np.array([command.heading for command in self.each])
+
+    @property
+    def style(self) -> list[Mapping[str, Worn]]:
+        """One for each character."""
+        return [command.style for command in self.each]

@@ -5,13 +5,14 @@ the foot's displacement from the content's own that stands still while the conte
 slides exactly as little as the captured one, nothing jumps, and a clip that is not restyled stays as it is."""
 
 import numpy as np
-from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
 
 from sim.clip import FPS
-from sim.limbs import KNEES_FORWARD, LEGS, reach
+from sim.curves import smoothest
+from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing, reach
 from sim.pose import Pose
-from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS
+from sim.skeleton import CONTACT_JOINTS
+from sim.vectors import FLOOR, UP
 
 FADE = 0.15 * FPS  # frames over which a correction comes before a contact and goes after it
 EDGE = 3  # frames over which a contact's hold sets in
@@ -19,8 +20,6 @@ LEVEL_SECONDS = 0.1  # the body rises and sinks no quicker (Gaussian sigma)
 CLEARANCE = 0.05  # metres: a lifted foot stays as high as the content's up to this
 REACH = 0.9999  # share of a leg's length that is used
 STRETCH = 0.98  # share over which the hips sink, unless the content's own leg is stretched more
-LEG_LENGTH = sum(float(np.linalg.norm(BONE_OFFSETS[joint[0]])) for joint in LEGS[1:])
-UP = np.array([0.0, 1.0, 0.0])
 LONGEST_DROP = 0.25  # metres that the hips sink at most to let a foot reach its place
 
 
@@ -43,27 +42,6 @@ def feet_in_order(styled: Pose, content: Pose) -> Pose:
     return reach(styled.with_body(hips, styled.rotations), LEGS, targets, KNEES_FORWARD, REACH)
 
 
-def smoothest(target: np.ndarray, weight: np.ndarray, stillness: np.ndarray, fade: float) -> np.ndarray:
-    """The curve c (frames, n) of least curvature that follows `target` by `weight`, stands still over each step by
-    `stillness` (frames - 1) relative to target, and else fades to 0 over about `fade` frames.
-
-    Minimizes |c''|^2 + (c / fade^2)^2 + weight (c - target)^2 + stillness (c' - target')^2."""
-    frames = len(target)
-    bands = np.zeros((3, frames))
-    for a, curve_a in enumerate((1.0, -2.0, 1.0)):
-        for b in range(a, 3):
-            bands[2 - (b - a), b:frames - 2 + b] += curve_a * (1.0, -2.0, 1.0)[b]
-    bands[2] += fade**-4 + weight
-    pull = weight[:, None] * target
-    bands[2, :-1] += stillness
-    bands[2, 1:] += stillness
-    bands[1, 1:] -= stillness
-    step = stillness[:, None] * np.diff(target, axis=0)
-    pull[:-1] -= step
-    pull[1:] += step
-    return solveh_banded(bands, pull)
-
-
 def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     """What to add to one foot (frames, 3): ours, theirs (frames, 2, 3) its ankle and toe, contacts (frames, 2) theirs."""
     hold, bearing = contacts.max(axis=1), contacts.argmax(axis=1)
@@ -71,22 +49,20 @@ def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> n
     apart = ours - theirs
     moved = np.diff(apart, axis=0)[frames[1:] - 1, bearing[1:]]  # of the joint that carries the weight
     still = np.minimum(hold[1:], hold[:-1]) ** 2
-    across = smoothest(-np.concatenate([np.zeros((1, 3)), moved.cumsum(axis=0)]), np.zeros(len(ours)), still, FADE)
+    across = smoothest(-np.concatenate([np.zeros((1, 3)), moved.cumsum(axis=0)]), 0.0, still, FADE)
     low = ours[..., 1].min(axis=1)
     clear = np.minimum(theirs[..., 1].min(axis=1), CLEARANCE) - low
     height = np.where(hold > 0, np.maximum(-apart[frames, bearing, 1], clear), clear)
-    up = smoothest(height[:, None], np.maximum(hold, clear > 0), np.zeros(len(ours) - 1), FADE)
-    return np.stack([across[:, 0], up[:, 0], across[:, 2]], axis=1)
+    up = smoothest(height, np.maximum(hold, clear > 0), 0.0, FADE)
+    return across * FLOOR + up[:, None] * UP
 
 
 def _drop(hips: np.ndarray, targets: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """How far (frames,) the hips sink so that legs from (frames, 2, 3), no longer than (frames, 2), reach their ankles."""
-    way = hips - targets
-    across = np.minimum(np.hypot(way[..., 0], way[..., 2]), 0.9 * stretch)
-    missing = way[..., 1] - np.sqrt(stretch**2 - across**2)
-    needed = np.clip(missing.max(axis=1), 0.0, LONGEST_DROP)
+    needed = np.clip(height_missing(hips, targets, stretch).max(axis=1), 0.0, LONGEST_DROP)
     return _slowly(maximum_filter1d(needed, 4 * round(LEVEL_SECONDS * FPS) + 1, mode="nearest"))
 
 
 def _slowly(values: np.ndarray) -> np.ndarray:
+    """Values (frames, ...) of a body that rises and sinks no quicker than LEVEL_SECONDS let it."""
     return gaussian_filter1d(values, LEVEL_SECONDS * FPS, mode="nearest")

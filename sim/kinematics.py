@@ -37,20 +37,29 @@ def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np
 
     hip, knee, ankle, target: (..., 3) world metres. pole: (..., 3) where the knee points when the leg is straight and its bend
     has no plane of its own. A target out of reach is approached along the line to it, up to `reach` of the leg's length."""
-    upper, lower = rot.length(knee - hip), rot.length(ankle - knee)
-    distance = np.clip(rot.length(target - hip), np.abs(upper - lower) + 1e-3, (upper + lower) * reach)
-    axis, current = rot.normalize(target - hip), rot.normalize(ankle - hip)
+    bones = np.array([knee - hip, ankle - knee])
+    (upper, lower), wanted = rot.length(bones), target - hip
+    distance = np.minimum(np.maximum(rot.length(wanted), np.abs(upper - lower) + 1e-3), (upper + lower) * reach)
+    current, axis = rot.normalize(np.array([ankle - hip, wanted]))
 
     # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.
-    bend = _without(knee - hip, current)
+    bend = _without(bones[0], current)
     bend = bend + pole * np.maximum(0.0, 0.02 - rot.length(bend))
-    bend = rot.normalize(_without(rot.rotate(rot.between(current, axis), bend), axis))
+    # The shortest turn from the current to the new axis takes it there: of Rodrigues' formula, what is square to the new axis.
+    between = current + axis
+    bend = bend - current * (_dot(bend, between) / np.maximum(_dot(current, between), 1e-9))
+    bend = rot.normalize(_without(bend, axis))
 
-    cosine = np.clip((upper**2 + distance**2 - lower**2) / (2 * upper * distance), -1.0, 1.0)
+    cosine = np.minimum((upper**2 + distance**2 - lower**2) / (2 * upper * distance), 1.0)
     new_knee = upper * (cosine * axis + np.sqrt(1.0 - cosine**2) * bend)
-    return rot.between(knee - hip, new_knee), rot.between(ankle - knee, distance * axis - new_knee)
+    turns = rot.between(bones, np.array([new_knee, distance * axis - new_knee]))
+    return turns[0], turns[1]
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.vecdot(a, b)[..., None]
 
 
 def _without(v: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """What of v is square to a unit axis."""
-    return v - axis * np.vecdot(v, axis)[..., None]
+    return v - axis * _dot(v, axis)

@@ -9,6 +9,7 @@ from collections import defaultdict
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Callable, Iterator
 
 import numpy as np
 
@@ -19,13 +20,13 @@ BUDGET_MS = 1000 / 60
 class Latency:
     """Seconds spent in each stage, frame by frame. Nothing in the simulation depends on what is measured here."""
 
-    def __init__(self, clock=time.perf_counter) -> None:
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock
         # Packed: in a window that stays open all day these times would take 300 MB as lists.
         self.seconds: dict[str, array] = defaultdict(partial(array, "d"))
 
     @contextmanager
-    def stage(self, name: str):
+    def stage(self, name: str) -> Iterator[None]:
         """Times the block under it as one entry of `name`."""
         start = self._clock()
         yield
@@ -51,7 +52,7 @@ class Latency:
         return result
 
     def save(self, path: str | Path, **extra) -> None:
-        """Writes the report as JSON."""
+        """Writes the report as JSON. Raises OSError where it cannot."""
         Path(path).write_text(json.dumps(self.report(**extra), indent=2) + "\n")
 
 

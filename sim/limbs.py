@@ -6,20 +6,22 @@ from sim import rotations as rot
 from sim.kinematics import two_bone_ik
 from sim.pose import Pose
 from sim.skeleton import BONE_OFFSETS, INDEX
+from sim.vectors import FORWARD
 
 # The joints of a limb from the body outwards, each (2,): left and right.
 LEGS, ARMS = (tuple(np.array([INDEX[side + name] for side in ("Left", "Right")]) for name in names)
               for names in (("UpLeg", "Leg", "Foot"), ("Arm", "ForeArm", "Hand")))
 KNEES_FORWARD, ELBOWS_BACK = 1.0, -1.0
-LEG_LENGTH = float(sum(np.linalg.norm(BONE_OFFSETS[joints[0]]) for joints in LEGS[1:]))
+LEG_LENGTH = float(sum(np.linalg.norm(BONE_OFFSETS[joints[0]]) for joints in LEGS[1:]))  # metres
+MOST_ASTRIDE = 0.9  # share of a leg's length that an ankle may be beside its hip joint for hips to sink on its account
 
 
-def height_missing(sockets: np.ndarray, ankles: np.ndarray, share: float) -> np.ndarray:
-    """How far (...) hip joints (..., 3) must sink for legs to reach ankles (..., 3) with that share of their length; negative
-    where they need not."""
+def height_missing(sockets: np.ndarray, ankles: np.ndarray, length: np.ndarray | float) -> np.ndarray:
+    """How far (...) hip joints (..., 3) must sink for legs as long as `length` (...) to reach ankles (..., 3), all in metres;
+    negative where they need not."""
     way = sockets - ankles
-    across = np.minimum(np.hypot(way[..., 0], way[..., 2]), 0.9 * LEG_LENGTH)
-    return way[..., 1] - np.sqrt((share * LEG_LENGTH) ** 2 - across**2)
+    across = np.minimum(np.hypot(way[..., 0], way[..., 2]), MOST_ASTRIDE * length)
+    return way[..., 1] - np.sqrt(length**2 - across**2)
 
 
 def reach(pose: Pose, limbs: tuple[np.ndarray, ...], targets: np.ndarray, bend: float, share: float) -> Pose:
@@ -29,7 +31,7 @@ def reach(pose: Pose, limbs: tuple[np.ndarray, ...], targets: np.ndarray, bend: 
     is used at most."""
     upper, lower, end = limbs
     p = pose.positions
-    pole = bend * rot.rotate(rot.from_yaw(pose.root_facing), np.array([0.0, 0.0, 1.0]))[..., None, :]
+    pole = bend * pose.to_world(FORWARD[None])
     turn_upper, turn_lower = two_bone_ik(p[..., upper, :], p[..., lower, :], p[..., end, :], targets, pole, share)
     rotations = pose.rotations.copy()
     for joint, turn in ((upper, turn_upper), (lower, turn_lower)):

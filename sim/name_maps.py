@@ -49,7 +49,7 @@ def detect(names: list[str]) -> dict[str, str]:
     return best
 
 
-def load(path) -> dict[str, str]:
+def load(path: str | Path) -> dict[str, str]:
     """A map file: JSON {our joint: theirs}. Raises OSError, or ValueError saying which joints are wrong or missing."""
     try:
         name_map = json.loads(Path(path).read_text(encoding="utf-8-sig"))

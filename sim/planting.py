@@ -5,27 +5,28 @@ Whole clips can be looked ahead in: no release is needed as in the live foot loc
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
 
 from sim import rotations as rot
 from sim.clip import Clip, root_frame
 from sim.contacts import foot_contacts
+from sim.curves import smoothest
 from sim.kinematics import forward_kinematics, to_local, two_bone_ik
-from sim.limbs import KNEES_FORWARD, LEGS, height_missing
-from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT
+from sim.limbs import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing
+from sim.ramps import ramp
+from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT, TOES
+from sim.vectors import FLOOR, FORWARD, UP
 
 FADE_SECONDS = 0.12  # over which a correction grows before a foot lands and is gone after it has lifted
 EDGE_SECONDS = 0.05  # over which a contact's hold sets in: a landing foot is slowed down, not stopped dead
-SWING_SPEED = (0.5, 1.0)  # metres a second over which an unplanted toe counts as swinging, more and more
+SWING_SPEEDS = (0.5, 1.0)  # metres a second between which an unplanted toe counts as swinging, more and more
 CLEARANCE = 0.03  # metres that a swinging toe is at least higher than a planted one
 DROP_SECONDS = 0.4  # over which hips sink for a stride that their legs would not reach
 SOFTNESS = 2.0  # of the hold: a landing foot is stopped over about the square root of this many frames
 NEVER_FREE = 1e-4  # how much a held correction counts as free, lest a foot that always stands has no place of its own
 HANDOVER_SECONDS = 0.05  # over which the toe takes over from the ankle what holds a rolling foot
 REACH = 1.0  # share of a leg's length that is used: a captured leg that is straight stays so
-TOE = CONTACT_JOINTS[1::2]
-FOOT_LENGTH = float(np.linalg.norm(BONE_OFFSETS[TOE[0]]))
+FOOT_LENGTH = float(np.linalg.norm(BONE_OFFSETS[TOES[0]]))
 
 
 def planted(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
@@ -40,10 +41,8 @@ def planted(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
     positions = forward_kinematics(clip.hips, rotations)
     feet = positions[:, CONTACT_JOINTS]
     wanted = feet.copy()
-    fade = FADE_SECONDS * clip.fps
     for joint in range(4):
-        for axis in (0, 2):
-            wanted[:, joint, axis] += _hold_still(feet[:, joint, axis], hold[:, joint], fade)
+        wanted[:, joint] += FLOOR * _still(feet[:, joint], hold[:, joint], clip.fps)
     for toe in (1, 3):
         flat = np.minimum(hold[:, toe - 1], hold[:, toe])
         wanted[:, toe, 1] += _level(feet[:, toe], hold[:, toe], flat, clip.fps)
@@ -58,14 +57,14 @@ def strided(clip: Clip, factor: float) -> Clip:
         return clip
     rotations = clip.global_rotations()
     positions = forward_kinematics(clip.hips, rotations)
-    further = (factor - 1) * np.array([1.0, 0.0, 1.0])
+    further = (factor - 1) * FLOOR
     hips = clip.hips + further * root_frame(positions, clip.fps).positions
     feet = positions[:, CONTACT_JOINTS].reshape(-1, 2, 2, 3)
     shift = further * feet[:, :, :1]  # of a foot as a whole, which keeps its length
     sockets = positions[:, LEGS[0]] + (hips - clip.hips)[:, None]
-    missing = height_missing(sockets, feet[:, :, 0] + shift[:, :, 0], REACH).max(axis=1).clip(min=0.0)
+    missing = height_missing(sockets, feet[:, :, 0] + shift[:, :, 0], REACH * LEG_LENGTH).max(axis=1).clip(min=0.0)
     window = round(DROP_SECONDS * clip.fps)
-    hips = hips - gaussian_filter1d(maximum_filter1d(missing, window), window / 4)[:, None] * np.array([0.0, 1.0, 0.0])
+    hips = hips - gaussian_filter1d(maximum_filter1d(missing, window), window / 4)[:, None] * UP
     return replace(clip, hips=hips, rotations=to_local(_stand(
         hips, rotations, forward_kinematics(hips, rotations), *np.moveaxis(feet + shift, 2, 0))))
 
@@ -89,52 +88,33 @@ def _joined(wanted: np.ndarray, feet: np.ndarray, hold: np.ndarray, fps: float) 
 
 
 def _stand(hips: np.ndarray, rotations: np.ndarray, positions: np.ndarray, ankles: np.ndarray, toes: np.ndarray) -> np.ndarray:
-    """Global rotations (frames, 21, 4) with ankles, then toes, brought to where they are wanted (frames, 2, 3)."""
+    """Global rotations (frames, 21, 4) with ankles, then toes, brought to where they are wanted (frames, 2, 3); from hips
+    (frames, 3), global rotations and positions (frames, 21, 3)."""
     upper, lower, foot = LEGS
-    forward = rot.rotate(rotations[:, :1], np.array([0.0, 0.0, KNEES_FORWARD]))
+    forward = rot.rotate(rotations[:, :1], KNEES_FORWARD * FORWARD)
     turns = two_bone_ik(positions[:, upper], positions[:, lower], positions[:, foot], ankles, forward, REACH)
     result = rotations.copy()
     for joint, turn in zip((upper, lower), turns):
         result[:, joint] = rot.multiply(turn, rotations[:, joint])
     moved = forward_kinematics(hips, result)
-    aim = rot.between(rot.normalize(moved[:, TOE] - moved[:, foot]), rot.normalize(toes - moved[:, foot]))
-    for joint in (foot, TOE):
+    aim = rot.between(rot.normalize(moved[:, TOES] - moved[:, foot]), rot.normalize(toes - moved[:, foot]))
+    for joint in (foot, TOES):
         result[:, joint] = rot.multiply(aim, result[:, joint])
     return result
 
 
-def _hold_still(x: np.ndarray, hold: np.ndarray, fade: float) -> np.ndarray:
-    """The smooth correction (frames,) whose steps undo those of x while hold (frames,) is 1."""
-    step, weight = np.diff(x), np.minimum(hold[:-1], hold[1:]) ** 2
-    pull = np.zeros(len(x))
-    pull[:-1] += weight * step
-    pull[1:] -= weight * step
-    bands = _smoothness(1 - hold, fade)
-    bands[-1, :-1] += weight
-    bands[-1, 1:] += weight
-    bands[-2, 1:] -= weight
-    return solveh_banded(bands, pull)
+def _still(joint: np.ndarray, hold: np.ndarray, fps: float) -> np.ndarray:
+    """The smooth correction (frames, 3) whose steps undo those of a joint (frames, 3) while hold (frames,) is 1."""
+    held = np.minimum(hold[:-1], hold[1:]) ** 2
+    return smoothest(-joint, 0.0, held / SOFTNESS, FADE_SECONDS * fps, np.maximum(1 - hold, NEVER_FREE))
 
 
 def _level(toe: np.ndarray, hold: np.ndarray, flat: np.ndarray, fps: float) -> np.ndarray:
     """The smooth vertical correction (frames,) of a toe (frames, 3): onto the floor while its foot is flat, not under it while
     it pushes off, and clear of it while it swings, for captured toes may brush the floor at full speed."""
     speed = np.linalg.norm(np.gradient(toe[:, [0, 2]], 1 / fps, axis=0), axis=-1)
-    swing = np.clip((speed - SWING_SPEED[0]) / (SWING_SPEED[1] - SWING_SPEED[0]), 0.0, 1.0) * (1 - hold)
+    swing = ramp(speed, *SWING_SPEEDS) * (1 - hold)
     missing = TOE_HEIGHT - toe[:, 1]
-    bands = _smoothness(np.ones(len(toe)), FADE_SECONDS * fps)
-    bands[-1] += hold + swing
-    onto = flat * missing + (hold - flat) * np.maximum(missing, 0.0)
-    return solveh_banded(bands, onto + swing * np.maximum(missing + CLEARANCE, 0.0))
-
-
-def _smoothness(free: np.ndarray, fade: float) -> np.ndarray:
-    """Upper bands (3, frames) of the cost of a correction c: its squared second differences, and c itself where it is free
-    (frames,), so weighted that it fades there over about `fade` frames."""
-    frames = len(free)
-    bands = np.zeros((3, frames))
-    for lag, a, b in ((0, (1.0, -2.0, 1.0), (1.0, -2.0, 1.0)), (1, (1.0, -2.0), (-2.0, 1.0)), (2, (1.0,), (1.0,))):
-        for i, product in enumerate(np.multiply(a, b)):
-            bands[2 - lag, lag + i:frames - 2 + i + lag] += product
-    bands[-1] += fade**-4 * np.maximum(free, NEVER_FREE)
-    return SOFTNESS * bands
+    weight = hold + swing
+    pull = flat * missing + (hold - flat) * np.maximum(missing, 0.0) + swing * np.maximum(missing + CLEARANCE, 0.0)
+    return smoothest(pull / np.maximum(weight, 1e-9), weight / SOFTNESS, 0.0, FADE_SECONDS * fps)

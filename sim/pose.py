@@ -1,6 +1,6 @@
 """One frame of the character, as it travels from the controller to the screen."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,10 @@ class Pose:
     contacts: np.ndarray
     phase: float
 
+    def __getitem__(self, which) -> "Pose":
+        """One or some of many instants."""
+        return Pose(*(getattr(self, field.name)[which] for field in fields(self)))
+
     @cached_property
     def positions(self) -> np.ndarray:
         """(21, 3) world metres by forward kinematics: bones always keep their length."""
@@ -37,12 +41,16 @@ class Pose:
 
     def with_body(self, hips: np.ndarray, rotations: np.ndarray) -> "Pose":
         """The same instant and way with another body posture."""
-        return replace(self, hips=hips, rotations=rotations)
+        return Pose(self.root_position, self.root_facing, hips, rotations, self.contacts, self.phase)
 
     def to_character(self, vectors: np.ndarray) -> np.ndarray:
-        """World vectors (..., 3) in the character's own facing."""
-        return rot.rotate(rot.from_yaw(-self.root_facing), vectors)
+        """World vectors (..., n, 3) in the character's own facing."""
+        return vectors @ self._to_world
 
     def to_world(self, vectors: np.ndarray) -> np.ndarray:
-        """Vectors (..., 3) in the character's own facing, in world axes."""
-        return rot.rotate(rot.from_yaw(self.root_facing), vectors)
+        """Vectors (..., n, 3) in the character's own facing, in world axes."""
+        return vectors @ self._to_world.swapaxes(-1, -2)
+
+    @cached_property
+    def _to_world(self) -> np.ndarray:
+        return rot.to_matrix(rot.from_yaw(self.root_facing))

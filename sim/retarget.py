@@ -4,6 +4,7 @@ Each of our joints turns as one joint of the source does: our global rotation = 
 do not have fold in by themselves. sim/source_body.py reads the source, sim/alignment.py finds the constants. Everything
 is scaled by leg length, so a file's length unit never matters."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,12 @@ from sim import rotations as rot
 from sim.alignment import alignment
 from sim.clip import Clip
 from sim.kinematics import to_local
+from sim.limbs import LEG_LENGTH
 from sim.skeleton import BONE_OFFSETS, INDEX, JOINT_COUNT, JOINTS, PARENTS
 from sim.source_body import SourceBody
 
 
-def load_clip(path, name_map: dict[str, str] | None = None) -> Clip:
+def load_clip(path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
     """A BVH file as a clip on our skeleton at 60 fps, standing on a floor at 0; its place and heading are kept.
 
     name_map: our joint -> theirs (name_maps.load), found from the names when None. Raises OSError, or ValueError in one
@@ -27,7 +29,7 @@ def load_clip(path, name_map: dict[str, str] | None = None) -> Clip:
         clip = retarget(motion, name_map)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    return Clip(clip.hips, clip.rotations, clip.fps, Path(path).stem).grounded().resampled()
+    return replace(clip, name=Path(path).stem).grounded().resampled()
 
 
 def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None) -> Clip:
@@ -40,7 +42,6 @@ def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None) -> Clip
                                else rotations[:, PARENTS[joint]])  # what they lack keeps its parent's direction
 
     # The legs carry the body: what is scaled, by leg length, is the point between the hip joints, so that strides fit.
-    ours = sum(np.linalg.norm(BONE_OFFSETS[INDEX[name]]) for name in ("LeftLeg", "LeftFoot"))
     between_hips = (BONE_OFFSETS[INDEX["LeftUpLeg"]] + BONE_OFFSETS[INDEX["RightUpLeg"]]) / 2
-    hips = body.between_hips() * (ours / body.leg_length()) - rot.rotate(rotations[:, 0], between_hips)
+    hips = body.between_hips() * (LEG_LENGTH / body.leg_length()) - rot.rotate(rotations[:, 0], between_hips)
     return Clip(hips, rot.continuous(to_local(rotations)), motion.fps)

@@ -10,16 +10,17 @@ from scipy.interpolate import CubicSpline
 
 from sim import name_maps
 from sim import rotations as rot
-from sim.bvh import POSITION_ORDER, Motion
+from sim.bvh import Motion
+from sim.bvh_text import POSITION_ORDER
 from sim.clip import Clip
 from sim.kinematics import two_bone_ik
-from sim.skeleton import BONE_OFFSETS, INDEX
+from sim.limbs import LEG_LENGTH
+from sim.skeleton import INDEX
 from sim.source_body import SIDES, SourceBody
+from sim.vectors import UP
 
 UNCHANGED = 1e-9  # metres: a leg that moved less was not restyled
 REACH = 0.9999  # share of a leg's length that is used
-UP = np.array([0.0, 1.0, 0.0])
-OUR_LEG = float(sum(np.linalg.norm(BONE_OFFSETS[INDEX[name]]) for name in ("LeftLeg", "LeftFoot")))
 
 
 def retarget_back(motion: Motion, content: Clip, styled: Clip, name_map: dict[str, str] | None = None) -> Motion:
@@ -30,7 +31,7 @@ def retarget_back(motion: Motion, content: Clip, styled: Clip, name_map: dict[st
     turns = rot.multiply(styled.global_rotations(), rot.inverse(content.global_rotations()))
     turns = rot.normalize(_at_their_rate(rot.continuous(turns), content.fps, motion))
     moved = _at_their_rate(styled.positions() - content.positions(), content.fps, motion)
-    shifts = {name: moved[:, joint] * body.leg_length() / OUR_LEG for name, joint in INDEX.items()}
+    shifts = {name: moved[:, joint] * body.leg_length() / LEG_LENGTH for name, joint in INDEX.items()}
 
     owners = _owners(body)
     rotations = body.rotations.copy()

@@ -4,15 +4,14 @@ from collections import deque
 
 import numpy as np
 
-from sim.features import STRIDE, WINDOW, features_from
+from sim.features import STRIDE, WINDOW, features_between
 from sim.pose import Pose
 
-_FIELDS = ("positions", "rotations", "root_position", "root_facing")
 SPAN = (WINDOW - 1) * STRIDE + 1  # frames: 31, the current one included
 
 
 class RingBuffer:
-    """Poses go in, the feature window (WINDOW, 21, 15) that ends with the newest comes out.
+    """Poses go in, the feature window (WINDOW, 21, 15) that ends with the newest comes out; a crowd's with its leading axis.
 
     Until half a second has passed, the first pose stands in for its own past."""
 
@@ -25,11 +24,11 @@ class RingBuffer:
         self._poses.append(pose)
         while len(self._poses) <= STRIDE:
             self._poses.append(pose)
-        feature = features_from(*(np.stack([getattr(p, name) for p in self._poses]) for name in _FIELDS))[-1]
+        feature = features_between(pose, self._poses[0])
         self._features.append(feature)
         while len(self._features) < SPAN:
             self._features.append(feature)
 
     def window(self) -> np.ndarray:
-        """(WINDOW, 21, 15): every STRIDE-th frame of the last half second, the newest last."""
-        return np.stack(list(self._features)[::STRIDE])
+        """(..., WINDOW, 21, 15): every STRIDE-th frame of the last half second, the newest last."""
+        return np.stack(list(self._features)[::STRIDE], axis=-3)

@@ -98,13 +98,14 @@ def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The shortest rotation that turns direction a (..., 3) onto direction b (..., 3).
 
     For opposite directions any half turn would do; one about an axis perpendicular to a is taken."""
-    a, b = np.broadcast_arrays(normalize(a), normalize(b))
-    result = np.empty((*a.shape[:-1], 4))
+    a, b = normalize(a), normalize(b)
+    axis = cross(a, b)
+    result = np.empty((*axis.shape[:-1], 4))
     result[..., 0] = 1.0 + np.vecdot(a, b)
-    result[..., 1:] = cross(a, b)
+    result[..., 1:] = axis
     opposite = result[..., 0] < 1e-8
     if opposite.any():
-        away = a[opposite]
+        away = np.broadcast_to(a, axis.shape)[opposite]
         result[opposite, 0] = 0.0
         result[opposite, 1:] = cross(away, np.where(np.abs(away[..., :1]) < 0.9, np.array([1.0, 0, 0]), np.array([0, 1.0, 0])))
     return normalize(result)
@@ -134,12 +135,17 @@ def to_6d(q: np.ndarray) -> np.ndarray:
 
 
 def from_6d(axes: np.ndarray) -> np.ndarray:
-    """The nearest rotation to a forward and an up axis (Gram-Schmidt, forward kept), (..., 6) -> (..., 4)."""
+    """The nearest rotation to a forward and an up axis, (..., 6) -> (..., 4)."""
+    return from_matrix(matrix_of_6d(axes))
+
+
+def matrix_of_6d(axes: np.ndarray) -> np.ndarray:
+    """The same as a matrix (..., 3, 3): Gram-Schmidt, forward kept."""
     forward = normalize(axes[..., :3])
     right = normalize(cross(axes[..., 3:], forward))  # +X: the character's left
     matrix = np.empty((*axes.shape[:-1], 3, 3))
     matrix[..., 0], matrix[..., 1], matrix[..., 2] = right, cross(forward, right), forward
-    return from_matrix(matrix)
+    return matrix
 
 
 def to_matrix(q: np.ndarray) -> np.ndarray:

@@ -65,6 +65,7 @@ GROUPS = {
 
 # Joints whose contact with the floor is labelled: left foot, left toe, right foot, right toe.
 CONTACT_JOINTS = np.array([INDEX[name] for name in ("LeftFoot", "LeftToe", "RightFoot", "RightToe")])
+TOES = CONTACT_JOINTS[1::2]
 
 # The joint on the other side of the body (itself on the midline): what mirroring swaps.
 MIRROR = np.array([INDEX[name.replace("Left", "#").replace("Right", "Left").replace("#", "Right")] for name in JOINTS])

@@ -4,6 +4,7 @@ import numpy as np
 
 from sim import rotations as rot
 from sim.bvh import Motion
+from sim.vectors import LEFT
 
 SIDES = ("Left", "Right")
 SAMPLES = 400  # frames from which a skeleton's constants are measured
@@ -15,7 +16,8 @@ ENOUGH_PLANTED = 8  # frames
 class SourceBody:
     """World positions (F, J, 3) and rotations (F, J, 4) of the source, turned Y up; index: our joint -> theirs."""
 
-    def __init__(self, motion: Motion, name_map: dict[str, str]):
+    def __init__(self, motion: Motion, name_map: dict[str, str]) -> None:
+        """name_map: our joint -> theirs. Raises ValueError where it names joints that the motion does not have."""
         absent = [theirs for theirs in name_map.values() if theirs not in motion.names]
         if absent:
             raise ValueError(f"the joint map names {', '.join(absent)}, which the file does not have")
@@ -24,7 +26,7 @@ class SourceBody:
         self.positions, self.rotations = motion.global_transforms()
         self.turn = rot.IDENTITY  # from the file's axes to ours
         if self._stands_along_z():
-            self.turn = rot.from_axis_angle(np.array([1.0, 0.0, 0.0]), -np.pi / 2)
+            self.turn = rot.from_axis_angle(LEFT, -np.pi / 2)
             self.positions, self.rotations = rot.rotate(self.turn, self.positions), rot.multiply(self.turn, self.rotations)
         self.sample = np.unique(np.linspace(0, len(motion) - 1, SAMPLES).astype(int))
         self.rest = self._rest()
@@ -57,7 +59,7 @@ class SourceBody:
         return (self.at("LeftUpLeg") + self.at("RightUpLeg")) / 2
 
     def leg_length(self) -> float:
-        """Thigh and shin, the mean of both sides, in the file's unit."""
+        """Thigh and shin, the mean of both sides, in the file's unit. Raises ValueError where they have no length."""
         length = sum(np.linalg.norm(self.at(side + a) - self.at(side + b), axis=-1).mean() / 2
                      for side in SIDES for a, b in (("UpLeg", "Leg"), ("Leg", "Foot")))
         if not length > 0:

@@ -22,7 +22,7 @@ def spring_step(x, v, target, halflife: float, dt):
     y = _stiffness(halflife)
     j0 = x - target
     j1 = v + j0 * y
-    e = np.exp(-y * dt)
+    e = (np if isinstance(dt, np.ndarray) else math).exp(-y * dt)
     return e * (j0 + j1 * dt) + target, e * (v - j1 * y * dt)
 
 

@@ -1,8 +1,6 @@
 """The style bank: what the decoder needs to know of each style, computed once and kept in one small file a style."""
 
-import os
 import re
-import sys
 import unicodedata
 from difflib import get_close_matches
 from pathlib import Path
@@ -13,6 +11,7 @@ from safetensors.torch import save_file
 
 from sim.clip import FPS, Clip
 from sim.features import FEATURES, LAYOUT_VERSION, STRIDE, clip_features
+from sim.folders import data_folder
 from sim.retarget import load_clip
 from sim.skeleton import JOINT_COUNT, skeleton_hash
 from stylizer import weights
@@ -31,13 +30,8 @@ Style = dict[int, PartStyle]  # by level of the decoder, batch of one
 
 
 def user_folder() -> Path:
-    """Where the user's own styles live: PATCHWALK_HOME/styles, or the platform's folder for program data."""
-    if home := os.environ.get("PATCHWALK_HOME"):
-        return Path(home) / "styles"
-    home = Path.home()
-    platforms = {"win32": os.environ.get("APPDATA", home), "darwin": home / "Library" / "Application Support"}
-    base = platforms.get(sys.platform, os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
-    return Path(base) / "patchwalk" / "styles"
+    """Where the user's own styles live."""
+    return data_folder() / "styles"
 
 
 def style_windows(features: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from sim.clip import FPS, Clip
 from sim.features import FEATURES, LAYOUT, LAYOUT_VERSION, STRIDE, WINDOW, clip_features
 from sim.retarget import load_clip
 from sim.skeleton import INDEX, JOINT_COUNT, skeleton_hash
+from stylizer.labelled import NAME
 
 STYLE_WINDOW = 32  # samples of a style clip in training: about one gait cycle
 CONTENT_SPAN = (WINDOW - 1) * STRIDE  # frames between the first and the last sample of a content window
@@ -34,6 +35,12 @@ class PackedClip:
     start: int
     frames: int
     speed: float  # mean root speed, m/s
+
+    @property
+    def style(self) -> str | None:
+        """The style and the performer, where the name tells them."""
+        name = NAME.fullmatch(Path(self.name).name)
+        return name and f"{name['style']} {name['set']}"
 
     @property
     def held_out(self) -> bool:

@@ -1,13 +1,12 @@
 """Evaluation of the stylizer: judges trained on one half of the labelled motion, every network judged on the other (Sec. 7.2)."""
 
-import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable
 
 import torch
 
+from sim.folders import cache_folder
 from stylizer import labelled, weights
 from stylizer.classifier import STEPS, judge
 from stylizer.figures import Further
@@ -84,15 +83,6 @@ def _unseen(path: Path, data: Labelled, judges: Judges, tick: Callable[[], objec
     model, _ = weights.load(path.stem, path.parent)
     figures = row(Transfer(model, "offline"), data.generate, judges, LEFT_OUT_SIZE, tick, targets)
     return {"styles": sorted({take.style for take in targets}), "sra": figures["sra"], "cra": figures["cra"]}
-
-
-def cache_folder() -> Path:
-    """Where trained judges are kept: PATCHWALK_HOME/cache, or the platform's folder for what can be made again."""
-    if home := os.environ.get("PATCHWALK_HOME"):
-        return Path(home) / "cache"
-    home = Path.home()
-    platforms = {"win32": os.environ.get("LOCALAPPDATA", home), "darwin": home / "Library" / "Caches"}
-    return Path(platforms.get(sys.platform, os.environ.get("XDG_CACHE_HOME") or home / ".cache")) / "patchwalk"
 
 
 def rounded(value):

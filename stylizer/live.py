@@ -209,11 +209,13 @@ class _Turns:
     def step(self, asked: np.ndarray, switched: np.ndarray, worn: np.ndarray) -> np.ndarray:
         """The rows to put on. switched, worn: (22,) of bool."""
         fresh = worn & ~self.worn  # a part that begins now has no past to be smooth with
-        self.smooth[fresh], self.rate[fresh], self.offset[fresh], self.velocity[fresh] = asked[fresh], 0.0, 0.0, 0.0
+        if fresh.any():
+            self.smooth[fresh], self.rate[fresh], self.offset[fresh], self.velocity[fresh] = asked[fresh], 0.0, 0.0, 0.0
         self.worn = worn
-        # Inertialization (Bollo 2018): the new style at once, and the gap to the old one on top, let go along a spring.
-        self.offset[switched] += self.smooth[switched] - asked[switched]
-        self.smooth[switched] = asked[switched]
+        if switched.any():
+            # Inertialization (Bollo 2018): the new style at once, and the gap to the old one on top, let go along a spring.
+            self.offset[switched] += self.smooth[switched] - asked[switched]
+            self.smooth[switched] = asked[switched]
         self.offset, self.velocity = spring_step(self.offset, self.velocity, 0.0, SWITCH_HALFLIFE, DT)
         self.smooth, self.rate = spring_step(self.smooth, self.rate, asked, SMOOTHING_HALFLIFE, DT)
         return self.smooth + self.offset

@@ -53,6 +53,7 @@ class Inputs:
     own: Tensor
     later: Tensor
     target: Tensor
+    exemplar: Tensor
     match: Tensor
     match_later: Tensor
     closeness: Tensor  # (B,)
@@ -84,7 +85,7 @@ def paper_losses(model: MotionPuzzle, inputs: Inputs) -> dict[str, Tensor]:
 def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) -> dict[str, Tensor]:
     """Reconstruction, root and smoothness of the paper, without its cycles; and what presses on style and on the live stream:
 
-    posture, how restyled parts are held and how lively they are (see `posture`); imitation, the matched step of the target
+    posture, how restyled parts are held and how lively they are (see `posture`); imitation, the matched step of the exemplar
     (see `imitated`); stream, the newest samples must be what a later window tells of the same instants."""
     use_target, now = inputs.use_target, inputs.source[:, :, -WINDOW:]
     later = [inputs.later] if "stream" in recipe.active(late) else []
@@ -93,6 +94,7 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     own, other = halves(model.encode_style(torch.cat([inputs.own, inputs.target], dim=1)))
     content = model.content_encoder(motion)
     styles = joined([own] * times + [mix_parts(own, other, use_target)] * times)
+    styles = model.on_way(torch.cat([motion, motion], dim=1), styles)
     rebuilt, restyled = model.decoder(torch.cat([content, content], dim=1), styles).chunk(2, dim=1)
     if model.config.relative:
         restyled = motion + (restyled - rebuilt)
@@ -103,13 +105,15 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     worth = torch.where(use_target.any(0), inputs.closeness, 1.0).repeat(times)[:, None, None]  # of where joints are
     turn_worth = torch.where(chosen, inputs.closeness, 1.0).repeat(1, times)[..., None, None]  # of each joint's own turn
     error, miss = restyled - wanted, rebuilt - motion
-    turns, places = error[..., LAYOUT["rotation"]], torch.cat([error[..., LAYOUT[name]] for name in ("position", "velocity")], -1)
+    turns = error[..., LAYOUT["rotation"]]
+    places = torch.cat([error[..., LAYOUT["position"]], error[..., LAYOUT["velocity"]],
+                        placed(model, restyled) - wanted[..., LAYOUT["position"]]], dim=-1)
     time = _newest_first(recipe.last_weight, now.device)
     terms = {
         "reconstruction": (miss.abs() * time).mean(),  # Eq. 15
         "root": ((restyled - motion)[..., LAYOUT["root"]].abs() * time).mean(),  # Eq. 17
         "smoothness": miss[..., BODY].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),  # Eq. 18, 19
-        "posture": posture(restyled[:, :now.shape[1]], now, inputs.own, inputs.target, use_target, model),
+        "posture": posture(restyled[:, :now.shape[1]], now, inputs.own, inputs.exemplar, use_target, model),
         "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
     }
     if later:
@@ -124,10 +128,14 @@ def imitated(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Te
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=content.device)][..., None, None]
     mixed = torch.where(chosen, match, content)
     mixed = torch.cat([mixed[..., :LAYOUT["root"].start], content[..., LAYOUT["root"]]], dim=-1)
-    motion = mixed * model.deviation + model.mean
-    axes = motion[..., LAYOUT["rotation"]]
-    motion = torch.cat([forward_kinematics(axes, motion[:1, ..., LAYOUT["position"]]), motion[..., BODY.start + 3:]], dim=-1)
-    return (motion - model.mean) / model.deviation
+    return torch.cat([placed(model, mixed), mixed[..., BODY.start + 3:]], dim=-1)
+
+
+def placed(model: MotionPuzzle, motion: Tensor) -> Tensor:
+    """Where the turns of normalized motion (21, B, T, 15) put the joints, normalized positions (21, B, T, 3): what is drawn."""
+    natural = motion * model.deviation + model.mean
+    positions = forward_kinematics(natural[..., LAYOUT["rotation"]], natural[:1, ..., LAYOUT["position"]])
+    return (positions - model.mean[..., LAYOUT["position"]]) / model.deviation[..., LAYOUT["position"]]
 
 
 def forward_kinematics(axes: Tensor, hips: Tensor) -> Tensor:

@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor, nn
 
-from sim.features import FEATURES
+from sim.features import FEATURES, LAYOUT
+from sim.skeleton import PARTS
 from stylizer.graph import LEVELS
 from stylizer.layers import BPATN, BPAdaIN, PartStyle, Pool, STConv, Unpool, leaky, normalized
 from stylizer.scaling import Scaled
 
+ROOT_SIZE = LAYOUT["root"].stop - LAYOUT["root"].start
 RESIDUAL = 4  # the decoder's residual block above G3 takes its style under this number
 
 
@@ -27,6 +29,7 @@ class Config:
     style_statistics: int = 1  # what BP-AdaIN's scale and bias are made of: 1 the style's mean, 2 its deviation too
     by_part: bool = True  # BP-AdaIN; False: AdaIN over the whole body (Sec. 7.2)
     attention: bool = True  # BP-ATN (Sec. 7.2)
+    way: int = 0  # hidden units by which the content's way over the floor has a say in BP-AdaIN; 0: none
     relative: bool = False  # what the decoder loses of the content's own movement is measured, to be put back
 
     def conv(self, level: int, channels_in: int, channels_out: int, taps: int = 0) -> STConv:
@@ -49,8 +52,10 @@ class Config:
 
 FULL = Config()  # Table 3
 PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, App. A.1: the paper's real-time system
-SLIM = replace(PAPER_SLIM, stem=24, channels=(48, 96, 192), style_statistics=2, relative=True)  # what is shipped
-CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "slim": SLIM,
+ADDED = {"style_statistics": 2, "way": 32, "relative": True}  # by measurement, to the paper's networks
+LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
+SLIM = replace(PAPER_SLIM, stem=16, channels=(32, 64, 128), **ADDED)  # what is shipped
+CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "large": LARGE, "slim": SLIM,
            "no_attention": replace(SLIM, attention=False), "whole_body_adain": replace(SLIM, by_part=False)}
 
 
@@ -170,6 +175,30 @@ class PlainBlock(nn.Module):
         return _tail(self.conv, leaky(x), last, self.reach)
 
 
+class Way(nn.Module):
+    """What the content's way over the floor adds to BP-AdaIN's scales and biases.
+
+    Instance normalization takes speed and direction out of the content, but a run is no quick walk, and the same style
+    looks another when it backs or turns."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__()
+        self.hidden = nn.Linear(2 * ROOT_SIZE, config.way)
+        self.sides = nn.ModuleDict({
+            str(number): nn.Linear(config.way, len(PARTS) * 2 * config.width(min(number, 3)) * (2 if number == RESIDUAL else 1))
+            for number in config.styled})
+
+    def forward(self, motion: Tensor, style: Style) -> Style:
+        """The style (batch of B or 1) as it is worn on the way of normalized motion (21, B, T, 15)."""
+        root = motion[0, :, :, LAYOUT["root"]]
+        hidden = leaky(self.hidden(torch.cat([root.mean(dim=1), root[:, -1]], dim=1)))
+        result = {}
+        for number, part in style.items():
+            scale, bias = self.sides[str(number)](hidden).view(len(hidden), len(PARTS), -1).transpose(0, 1).chunk(2, dim=2)
+            result[number] = part._replace(scale=part.scale + scale, bias=part.bias + bias)
+        return result
+
+
 class Decoder(nn.Module):
     """D (Sec. 4.4, Eq. 7): from G3 back to G1, taking in the style on the way (Table 3 c)."""
 
@@ -214,6 +243,7 @@ class MotionPuzzle(Scaled):
         self.style_encoder = StyleEncoder(config)
         self.content_encoder = ContentEncoder(config)
         self.decoder = Decoder(config)
+        self.way = Way(config) if config.way else None
 
     def encode_style(self, motion: Tensor) -> Style:
         """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by level."""
@@ -226,8 +256,13 @@ class MotionPuzzle(Scaled):
         The second shows what of the content's own movement the decoder loses: whoever applies the first puts that back."""
         content = self.content_encoder(motion)
         if not self.config.relative:
-            return self.decoder(content, style, last), None
-        return self.decoder(torch.cat([content, content], dim=1), joined([style, own]), last).chunk(2, dim=1)
+            return self.decoder(content, self.on_way(motion, style), last), None
+        both = joined([self.on_way(motion, style), self.on_way(motion, own)])
+        return self.decoder(torch.cat([content, content], dim=1), both, last).chunk(2, dim=1)
+
+    def on_way(self, motion: Tensor, style: Style) -> Style:
+        """The style as the decoder wants it for this motion."""
+        return self.way(motion, style) if self.way else style
 
 
 def mix_parts(own: Style, other: Style, use_other: Tensor) -> Style:

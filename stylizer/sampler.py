@@ -1,17 +1,19 @@
 """The windows that training draws from packed motion: mirrored, paced, and matched step by step with another clip."""
 
+from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
 
 from sim.features import FEATURES, LAYOUT, STRIDE, WINDOW
 from sim.skeleton import JOINT_COUNT, MIRROR
-from stylizer.dataset import CONTENT_SPAN, LATER, STYLE_WINDOW, MotionData, PackedClip
+from stylizer.dataset import CONTENT_SPAN, LATER, MOVING, STYLE_WINDOW, MotionData, PackedClip
 from stylizer.matching import LAGS, OTHER_FOOT, best_match, closeness, gait_signal
 
 CROPPING = 0.2  # share of the source windows that are played slower or faster (temporal random cropping, Sec. 3.1)
 PACES = (0.6, 1.6)  # between which they are
 ELSEWHERE = 0.5  # share of the sources whose own style is read from another place of their clip
+SAME_WAY = 0.15  # m/s and rad/s, added up: clips whose mean ways differ by no more are takes of one action
 LIKE_SPEEDS = 0.6  # share of the targets that move about as fast as their source
 
 # Mirroring in features: the x of every vector flips, and so does the turn rate.
@@ -28,16 +30,23 @@ class Batch:
     """Windows (B, samples, 21, 15) of two clips, source and target.
 
     source ends with the content window; later is that window LATER frames on; own is the source's own style, seen in the
-    source itself or elsewhere in its clip; target is the style to take; match is where the target clip does what the content
-    window does, match_later what later does; closeness says how much these are worth."""
+    source itself or elsewhere in its clip; target is the style to take; exemplar is the same style on the source's way (see
+    `Sampler.exemplar`); match is where the exemplar's clip does what the content window does, match_later what later does;
+    closeness says how much these are worth."""
 
     source: np.ndarray  # (B, STYLE_WINDOW, ...)
     own: np.ndarray  # (B, STYLE_WINDOW, ...)
     later: np.ndarray  # (B, WINDOW, ...)
     target: np.ndarray  # (B, STYLE_WINDOW, ...)
+    exemplar: np.ndarray  # (B, STYLE_WINDOW, ...)
     match: np.ndarray  # (B, WINDOW, ...)
     match_later: np.ndarray  # (B, WINDOW, ...)
     closeness: np.ndarray  # (B,) 0..1
+
+
+def mirror_way(flip: bool) -> np.ndarray:
+    """(3,) what a way (see `Sampler._way`) is multiplied by where left and right are exchanged."""
+    return np.array([-1.0, 1.0, -1.0]) if flip else np.ones(3)
 
 
 class Sampler:
@@ -49,6 +58,10 @@ class Sampler:
         self.random = np.random.default_rng(seed)
         self.speeds = np.array([clip.speed for clip in data.clips])
         self.gaits: dict[str, np.ndarray] = {}  # of clips that were drawn before
+        self.ways = {clip.name: self._way(clip) for clip in data.clips}
+        self.same_style = defaultdict(list)  # the labelled clips of a style
+        for clip in data.clips:
+            self.same_style[clip.style].append(clip)
 
     def batch(self, size: int) -> Batch:
         """Random windows, half of them mirrored."""
@@ -64,15 +77,31 @@ class Sampler:
         pace = self._pace(source)
         end, later = float(self.random.uniform(CONTENT_SPAN * pace, source.frames - 1 - LATER * pace)), LATER * pace
         own = self.random.uniform(0, source.frames - 1) if self.random.random() < ELSEWHERE else end
+        exemplar = self.exemplar(target, self.ways[source.name] * pace * mirror_way(flip_source != flip_target))
         windows = [*(self._window(source, at, STYLE_WINDOW, pace, flip_source) for at in (end, own)),
                    self._window(source, end + later, WINDOW, pace, flip_source),
-                   self._window(target, self.random.uniform(0, target.frames - 1), STYLE_WINDOW, 1.0, flip_target)]
+                   *(self._window(clip, self.random.uniform(0, clip.frames - 1), STYLE_WINDOW, 1.0, flip_target)
+                     for clip in (target, exemplar))]
         gait = self._gait(source, flip_source)[np.maximum(np.round(end - LAGS * pace), 0).astype(int)]
-        match, match_pace, apart = best_match(gait, self._gait(target, flip_target))
+        match, match_pace, apart = best_match(gait, self._gait(exemplar, flip_target))
         later = LATER * match_pace
-        windows += [self._window(target, match + shift, WINDOW, match_pace, flip_target) for shift in (0.0, later)]
-        fits = match + later <= target.frames - 1
-        return *windows, closeness(apart, source.speed * pace, target.speed * match_pace) * fits
+        windows += [self._window(exemplar, match + shift, WINDOW, match_pace, flip_target) for shift in (0.0, later)]
+        fits = match + later <= exemplar.frames - 1
+        return *windows, closeness(apart, source.speed * pace, exemplar.speed * match_pace) * fits
+
+    def exemplar(self, target: PackedClip, way: np.ndarray) -> PackedClip:
+        """A clip of the target's style whose mean way over the floor (see `_way`) is about `way`: how one who runs, backs or
+        turns looks in a style that the network is shown walking. The target itself where no label tells the style, and for one
+        who stands: labelled clips that stay in place are gestures."""
+        if target.style is None or np.hypot(*way[:2]) < MOVING:
+            return target
+        clips = self.same_style[target.style]
+        apart = np.array([np.abs(self.ways[clip.name] - way).sum() for clip in clips])
+        return clips[self.random.choice(np.flatnonzero(apart <= apart.min() + SAME_WAY))]
+
+    def _way(self, clip: PackedClip) -> np.ndarray:
+        """(3,) mean velocity sideways and forward in m/s, and turn rate in rad/s."""
+        return self.data.motion[clip.start:clip.start + clip.frames, 0, LAYOUT["root"]].astype(np.float32).mean(axis=0)
 
     def _pace(self, clip: PackedClip) -> float:
         """Of a source window; 1 mostly, and never so quick that the clip is too short."""

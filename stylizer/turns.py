@@ -10,6 +10,7 @@ from sim.features import LAYOUT, rotations_of
 from sim.limbs import ARMS, ELBOWS_BACK, KNEES_FORWARD, LEGS, reach
 from sim.pose import Pose
 from sim.skeleton import CONTACT_JOINTS, INDEX, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
+from sim.vectors import UP
 
 HIPS_ROW = JOINT_COUNT
 PART_OF_ROW = np.append(PART_OF_JOINT, PART_OF_JOINT[INDEX["Hips"]])
@@ -22,42 +23,42 @@ BEARING_PARTS = np.array([PART_NAMES.index(part) for part in ("spine", "left_leg
 def asked(styled: np.ndarray, content: np.ndarray) -> np.ndarray:
     """Rows (..., 22, 3) that lead from the content's features (..., 21, 15) to the styled ones."""
     rows = np.zeros((*styled.shape[:-2], len(PART_OF_ROW), 3))
-    after, before = rotations_of(np.stack([styled, content]))
-    rows[..., :HIPS_ROW, :] = rot.to_rotation_vector(rot.multiply(after, rot.inverse(before)))
+    after, before = rotations_of(np.array([styled, content]))
+    rows[..., :HIPS_ROW, :] = rot.to_rotation_vector(rot.from_matrix(after @ before.swapaxes(-1, -2)))
     hips = INDEX["Hips"]
     rows[..., HIPS_ROW, :] = styled[..., hips, LAYOUT["position"]] - content[..., hips, LAYOUT["position"]]
     return rows
 
 
 def scales(strengths: np.ndarray) -> np.ndarray:
-    """(22, 3) what rows are scaled by, from the strengths (5,) of the parts. How high the hips are is the legs' doing too."""
-    result = np.repeat(strengths[PART_OF_ROW, None], 3, axis=1)
-    result[HIPS_ROW, 1] = height_share(strengths)
+    """(..., 22, 3) what rows are scaled by, from the strengths (..., 5) of the parts. How high the hips are is the legs' doing
+    too."""
+    result = np.empty((*strengths.shape[:-1], len(PART_OF_ROW), 3))
+    result[:] = strengths[..., PART_OF_ROW, None]
+    result[..., HIPS_ROW, 1] = height_share(strengths)
     return result
 
 
-def height_share(strengths: np.ndarray) -> float:
-    """How far the height of the hips is the style's: as far as spine and both legs wear one."""
-    return float(strengths[BEARING_PARTS].min())
+def height_share(strengths: np.ndarray) -> np.ndarray:
+    """How far (...) the height of the hips is the style's: as far as spine and both legs wear one. strengths: (..., 5)."""
+    return strengths[..., BEARING_PARTS].min(axis=-1)
 
 
 def continued(rows: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """The same rows (22, 3), turns told the other way round the circle where that is nearer to the rows before them: a turn
+    """The same rows (..., 22, 3), turns told the other way round the circle where that is nearer to the rows before them: a turn
     of about half a circle must not change its direction from one frame to the next."""
-    turns, last = rows[:HIPS_ROW], before[:HIPS_ROW]
-    angle = np.linalg.norm(turns, axis=-1, keepdims=True)
-    other = turns * (1 - 2 * np.pi / np.maximum(angle, 1e-9))
-    nearer = np.linalg.norm(other - last, axis=-1) < np.linalg.norm(turns - last, axis=-1)
-    return np.concatenate([np.where(nearer[:, None], other, turns), rows[HIPS_ROW:]])
+    turns, last = rows[..., :HIPS_ROW, :], before[..., :HIPS_ROW, :]
+    other = turns * (1 - 2 * np.pi / np.maximum(rot.length(turns), 1e-9))
+    nearer = rot.length(other - last) < rot.length(turns - last)
+    return np.concatenate([np.where(nearer, other, turns), rows[..., HIPS_ROW:, :]], axis=-2)
 
 
 def turned(content: Pose, rows: np.ndarray) -> Pose:
     """The pose with its joints turned and its hips shifted by rows (22, 3); a pose of many frames takes rows for each."""
-    rows = rot.rotate(rot.from_yaw(content.root_facing)[..., None, :], rows)
-    moved = rows[..., :HIPS_ROW, :].any(axis=-1)
-    rotations = content.rotations.copy()
-    turns = rot.from_rotation_vector(rows[..., :HIPS_ROW, :][moved])
-    rotations[moved] = rot.normalize(rot.multiply(turns, rotations[moved]))
+    rows = content.to_world(rows)
+    turns = rows[..., :HIPS_ROW, :]
+    rotations = rot.normalize(rot.multiply(rot.from_rotation_vector(turns), content.rotations))
+    rotations = np.where(turns.any(axis=-1, keepdims=True), rotations, content.rotations)  # to the last bit where nothing is worn
     return content.with_body(content.hips + rows[..., HIPS_ROW, :], rotations)
 
 
@@ -68,18 +69,19 @@ def feet_off(styled: Pose, content: Pose) -> np.ndarray:
 
 def feet_raised(styled: Pose, height: np.ndarray) -> Pose:
     """Both feet moved up by a height (...) in metres, the hips staying where they are."""
-    targets = styled.positions[..., LEGS[-1], :] + np.asarray(height)[..., None, None] * [0.0, 1.0, 0.0]
+    targets = styled.positions[..., LEGS[-1], :] + np.multiply.outer(height, UP)[..., None, :]
     return reach(styled, LEGS, targets, KNEES_FORWARD, LIMB_REACH)
 
 
 def hands_kept(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
     """Hands of arms that keep their own style stay where they were beside the hips, however the spine leans above them.
 
-    strengths: (2,) of the left and the right arm; an arm in between gives way in between."""
-    def beside(pose: Pose) -> np.ndarray:
-        return pose.positions[..., SHOULDERS, :] - pose.hips[..., None, :]
-
-    carried = (beside(styled) - beside(content)) * np.clip(1 - strengths, 0, 1)[:, None]
+    strengths: (..., 2) of the left and the right arm; an arm in between gives way in between."""
+    own = np.maximum(1 - strengths, 0)
+    if not own.any():
+        return styled
+    moved = styled.positions[..., SHOULDERS, :] - content.positions[..., SHOULDERS, :]
+    carried = (moved - (styled.hips - content.hips)[..., None, :]) * own[..., None]
     if np.abs(carried).max() < 1e-9:
         return styled
     return reach(styled, ARMS, styled.positions[..., ARMS[-1], :] - carried, ELBOWS_BACK, LIMB_REACH)

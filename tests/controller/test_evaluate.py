@@ -11,10 +11,11 @@ from controller import evaluate as evaluation
 from controller import measures
 from controller.dataset import is_held_out
 from controller.evaluate import Evaluation, evaluate
-from controller.figures import Figure, between_halves, endurance, feet, likeness, standing, steering
+from controller.figures import Figure, between_halves, endurance, feet, likeness, standing
 from controller.plots import save_plots
 from controller.real_clips import RealClips
 from controller.runtime import PhaseFunctionedController
+from controller.steering_figures import steering
 from controller.suite import (
     LEAD_IN_SECONDS,
     RANDOM_SECONDS,

@@ -6,7 +6,7 @@ import pytest
 from controller.runtime import PhaseFunctionedController
 from controller.trajectory import LEASH, Trajectory
 from sim.clip import FPS
-from sim.command import Command
+from sim.command import Command, Commands
 from sim.pose import Pose
 from sim.skeleton import BONE_OFFSETS, PARENTS
 
@@ -90,3 +90,21 @@ def test_the_simulated_body_stays_on_its_leash_and_gets_up_to_speed():
     assert np.linalg.norm(trajectory.simulated - trajectory.position) == pytest.approx(LEASH)
     assert np.linalg.norm(trajectory.velocity) == pytest.approx(1.3, rel=0.15)
     assert samples["trajectory_positions"].shape == (12, 2) and samples["trajectory_gaits"][-1].argmax() == 1
+
+
+def test_a_crowd_moves_as_each_would_alone():
+    """Different ways, gaits and phases; single precision adds in another order when many are multiplied at once."""
+    controller, rng = PhaseFunctionedController.from_pretrained(), np.random.default_rng(0)
+    angles = rng.uniform(0, 2 * np.pi, (4, 3))  # of the stick, three times each
+    scripts = [[Command((float(np.sin(angle)), float(np.cos(angle))), FORWARD if one == 3 else None, ("walk", "run")[one % 2])
+                for angle in angles[one] for _ in range(30)] + [Command()] * 30 for one in range(4)]
+    crowd = controller.crowd(4)
+    together = [crowd.step(Commands(commands)) for commands in zip(*scripts)]
+    for one, script in enumerate(scripts):
+        controller.restart()
+        for pose, poses in zip(map(controller.step, script), together, strict=True):
+            np.testing.assert_allclose(poses.positions[one], pose.positions, atol=1e-4)
+            assert poses.root_facing[one] == pytest.approx(pose.root_facing, abs=1e-4)
+    crowd.restart()
+    again = crowd.step(Commands([script[0] for script in scripts]))
+    np.testing.assert_array_equal(again.positions, together[0].positions)

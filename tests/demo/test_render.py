@@ -17,10 +17,11 @@ from demo.skin import make_skin
 from demo.view import Paths
 from demo.widgets import Cell, Table
 from demo.window import NoDisplay, NoGL, open_window
+from sim import rotations as rot
 from sim.command import Command
 from sim.pose import Pose
 from sim.session import Frame
-from sim.skeleton import JOINT_COUNT, REST_HIPS_HEIGHT
+from sim.skeleton import INDEX, JOINT_COUNT, REST_HIPS_HEIGHT
 from tests.demo.fakes import fake_session, offscreen
 from tests.demo.golden import assert_golden
 
@@ -60,6 +61,17 @@ def test_skin_is_closed_and_turned_outwards(skin):
 def test_skin_stands_on_the_floor_and_is_as_tall_as_the_skeleton(skin):
     assert -0.02 < skin.positions[:, 1].min() < 0.03
     assert 1.70 < skin.positions[:, 1].max() < 1.80
+
+
+def test_skin_is_folded_as_the_surface_goes():
+    """Quads of a forearm or hand folded across its edge would stand out of the outline as the teeth of a saw."""
+    skin = make_skin(0.022)
+    arm = np.isin(skin.joints[:, 0], [INDEX[side + name] for side in ("Left", "Right") for name in ("ForeArm", "Hand")])
+    triangles = skin.triangles[arm[skin.triangles].all(axis=1)]
+    p, q, r = (skin.positions[corner] for corner in triangles.T)
+    flat, smooth = rot.normalize(np.cross(q - p, r - p)), rot.normalize(skin.normals[triangles].mean(axis=1))
+    apart = np.degrees(np.arccos(np.clip(np.vecdot(flat, smooth), -1, 1)))
+    assert len(triangles) > 1000 and np.percentile(apart, 95) < 15
 
 
 def test_skin_hangs_on_nearby_joints(skin):

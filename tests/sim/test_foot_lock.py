@@ -1,5 +1,7 @@
 """The foot lock on feet that slide, float, sink and lift."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from sim import rotations as rot
 from sim.foot_lock import FootLock
 from sim.kinematics import to_local
 from sim.pose import Pose
+from sim.ring_buffer import RingBuffer
 from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, JOINT_COUNT, PARENTS, REST_HIPS_HEIGHT, TOE_HEIGHT
 from tests.sim.walker import walking_clip
 
@@ -82,3 +85,23 @@ def test_a_restyled_leg_keeps_the_stride_of_the_neutral_one_and_its_own_stance()
         for poses, pose in ((unlocked, styled), (apart, lock.step(styled, neutral))):
             poses.append((pose.positions - neutral.positions)[[3, 7], 2])
     assert np.ptp(np.array(apart)[120:]) < 0.3 * np.ptp(np.array(unlocked)[120:])
+
+
+def test_a_crowd_is_locked_and_remembered_each_as_it_would_be_alone():
+    """One slides until it takes a settling step, one drifts off its toes, one walks on the spot."""
+    slides = [standing(0.004 * min(t, 20)) for t in range(90)]
+    drifts = [standing(0.001 * t, lift=0.02, contacts=(t % 40 < 20, 1, 0.3, 0.6)) for t in range(90)]
+    clip = walking_clip(90).grounded()
+    walks = [Pose(hips * [1, 0, 1], 0.4, hips, rotations, np.array([t % 30 < 15] * 2 + [t % 30 >= 15] * 2, float), 0.0)
+             for t, (hips, rotations) in enumerate(zip(clip.hips, clip.global_rotations()))]
+    lock, history = FootLock(), RingBuffer()
+    alone = [run(poses) for poses in (slides, drifts, walks)]
+    windows = [RingBuffer() for _ in alone]
+    for t, each in enumerate(zip(slides, drifts, walks)):
+        crowd = Pose(*(np.array([getattr(pose, field.name) for pose in each]) for field in fields(Pose)))
+        history.push(crowd)
+        locked = lock.step(crowd, crowd)
+        for one, window in enumerate(windows):
+            window.push(each[one])
+            np.testing.assert_allclose(locked[one].positions, alone[one][t].positions, atol=1e-9)
+            np.testing.assert_allclose(history.window()[one], window.window(), atol=1e-9)

@@ -10,10 +10,8 @@ from sim.clip import FPS, root_frame
 from sim.contacts import foot_contacts
 from sim.measures import foot_skate, horizontal_speed, jerk
 from sim.planting import CLEARANCE, planted, strided
-from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, INDEX, TOE_HEIGHT
+from sim.skeleton import BONE_OFFSETS, CONTACT_JOINTS, INDEX, TOE_HEIGHT, TOES
 from tests.sim.walker import planted_clip, walking_clip
-
-TOES = CONTACT_JOINTS[1::2]
 
 
 def sliding_clip(speed: float = 0.05):

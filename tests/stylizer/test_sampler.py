@@ -1,5 +1,7 @@
 """Windows end where they should, are mirrored and paced as motion is, and come with the matching step of the target."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -59,3 +61,24 @@ def test_the_match_steps_as_the_source_does():
 def test_short_clips_can_be_drawn(frames):
     batch = Sampler(data_of(counting(frames)), seed=0).batch(20)
     assert np.isfinite(batch.source).all() and batch.later[..., 0, 1].max() <= frames - 1
+
+
+def test_the_exemplar_goes_the_sources_way_in_the_targets_style():
+    """A forward and a turning take of two styles: who goes forward is shown the forward take, whichever is the target."""
+    def going(turn, height):
+        features = counting(60).copy() * 0.01
+        features[..., 1], features[:, :, LAYOUT["root"]] = height, [0.0, 1.0, turn]
+        return features
+
+    ways = {"walk": 0.0, "walk-turn-left": 1.0}
+    data = data_of(*(going(turn, height) for height in (1.0, 2.0) for turn in ways.values()))
+    names = [f"a/dataset-1_{way}_{style}_001" for style in ("normal", "old") for way in ways]
+    data.clips = [replace(clip, name=name) for clip, name in zip(data.clips, names)]
+    sampler = Sampler(data, seed=0)
+    assert sampler.exemplar(data.clips[3], np.array([0.0, 1.0, 0.0])) is data.clips[2]
+    assert sampler.exemplar(data.clips[0], np.array([0.0, 1.0, 0.9])) is data.clips[1]
+    assert sampler.exemplar(data.clips[1], np.zeros(3)) is data.clips[1]
+    batch = sampler.batch(40)
+    assert np.allclose(batch.exemplar[:, 0, 0, 1], batch.target[:, 0, 0, 1])  # the style's height
+    straight = np.abs(batch.source[:, 0, 0, 14]) < 0.1
+    assert 0.2 < straight.mean() < 0.8 and np.allclose(batch.exemplar[straight, 0, 0, 14], 0)  # the source's way

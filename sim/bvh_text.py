@@ -1,0 +1,159 @@
+"""The text of a BVH file, read forgivingly: the hierarchy of joints, and the table of numbers below MOTION."""
+
+import re
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Sequence
+
+import numpy as np
+
+ROTATION_ORDER = ("Zrotation", "Xrotation", "Yrotation")
+POSITION_ORDER = ("Xposition", "Yposition", "Zposition")
+
+
+@dataclass
+class Hierarchy:
+    """The joints in the file's order and unit: parents (-1 for a root), offsets (3,), channels in the order of the numbers,
+    and end_sites {joint: offset (3,)}."""
+
+    names: list[str] = field(default_factory=list)
+    parents: list[int] = field(default_factory=list)
+    offsets: list[np.ndarray] = field(default_factory=list)
+    channels: list[tuple[str, ...]] = field(default_factory=list)
+    end_sites: dict[int, np.ndarray] = field(default_factory=dict)
+
+
+def read_hierarchy(path: Path, lines: list[str]) -> Hierarchy:
+    """The joints in the lines above MOTION. Raises ValueError, naming file and line, where they are not BVH."""
+    builder = _Builder()
+    for number, line in enumerate(lines, 1):
+        for statement in filter(None, map(str.strip, re.split(r"([{}])", line))):
+            try:
+                builder.take(*statement.split())
+            except ValueError as error:
+                raise ValueError(f"{path}, line {number}: {error}") from None
+    if not builder.made.names:
+        raise ValueError(f"{path} is not a BVH file: it has no ROOT")
+    if builder.open_joints:
+        raise ValueError(f"{path}, line {len(lines)}: {len(builder.open_joints)} '{{' are never closed")
+    return builder.made
+
+
+class _Builder:
+    """A hierarchy made from one statement after another; each raises ValueError saying what is wrong with it."""
+
+    def __init__(self) -> None:
+        self.made = Hierarchy()
+        self.open_joints: list[int] = []  # whose '{' is not closed yet
+        self.newest, self.in_end_site = -1, False
+
+    def take(self, keyword: str, *words: str) -> None:
+        """The next statement: a brace, or a keyword with the words after it."""
+        match keyword.upper():
+            case "HIERARCHY":
+                pass
+            case "ROOT":
+                self._joint(words, parent=-1)
+            case "JOINT":
+                self._joint(words, parent=self.open_joints[-1] if self.open_joints else -1)
+            case "END":
+                self.in_end_site = True
+            case "{":
+                if self.newest < 0:
+                    raise ValueError("a '{' comes before any ROOT")
+                self.open_joints.append(self.newest)
+            case "}":
+                if not self.open_joints:
+                    raise ValueError("a '}' closes nothing")
+                self.newest, self.in_end_site = self.open_joints.pop(), False
+            case "OFFSET":
+                self._offset(words)
+            case "CHANNELS":
+                self._channels(words)
+            case _:
+                raise ValueError(f"'{keyword}' is not a BVH keyword")
+
+    def _joint(self, words: tuple[str, ...], parent: int) -> None:
+        made = self.made
+        self.newest, self.in_end_site = len(made.names), False
+        made.names.append(" ".join(words) or f"joint{self.newest}")
+        made.parents.append(parent)
+        made.offsets.append(np.zeros(3))
+        made.channels.append(())
+
+    def _offset(self, words: tuple[str, ...]) -> None:
+        offset = numbers(words)
+        if self.newest < 0 or offset is None or len(offset) != 3:
+            raise ValueError("OFFSET needs three numbers inside a joint")
+        (self.made.end_sites if self.in_end_site else self.made.offsets)[self.newest] = offset
+
+    def _channels(self, words: tuple[str, ...]) -> None:
+        channels = tuple(word[:1].upper() + word[1:].lower() for word in words[1:])
+        known = all(channel in POSITION_ORDER + ROTATION_ORDER for channel in channels)
+        if self.newest < 0 or words[:1] != (str(len(channels)),) or not known:
+            raise ValueError("CHANNELS needs its count and that many of Xposition ... Zrotation")
+        if sum(channel in ROTATION_ORDER for channel in channels) > 3:
+            raise ValueError("a joint may have at most three rotation channels")
+        self.made.channels[self.newest] = channels
+
+
+def read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[float, np.ndarray]:
+    """Frames a second and the values (F, width) below MOTION, which stands on line `start` (counted from 1).
+
+    Raises ValueError, naming file and line; warns of a wrong frame count and of a last frame cut short."""
+    declared, fps, first = _headings(path, lines, start)
+    rows = [(number, line) for number, line in enumerate(lines[first:], first + 1) if line.strip()]
+    counts = np.array([len(line.split()) for _, line in rows], int)
+    odd = np.flatnonzero(counts != width)
+    wrapped = len(rows) != declared and counts.sum() == (declared or 0) * width  # frames broken over several lines
+    if len(odd) and not wrapped:
+        if odd[0] < len(rows) - 1 or counts[-1] > width:
+            raise ValueError(f"{path}, line {rows[odd[0]][0]}: {counts[odd[0]]} numbers where each frame has {width}")
+        warnings.warn(f"{path}: the last frame is cut short and was left out", stacklevel=3)
+        rows, declared = rows[:-1], None
+    values = numbers([line for _, line in rows])
+    if values is None or not np.isfinite(values).all():
+        number = next(n for n, line in rows if (v := numbers([line])) is None or not np.isfinite(v).all())
+        raise ValueError(f"{path}, line {number}: a frame holds something that is not a number")
+    values = values.reshape(-1, width)
+    if not len(values):
+        raise ValueError(f"{path} holds no frames")
+    if declared not in (None, len(values)):
+        warnings.warn(f"{path}: {declared} frames announced, {len(values)} found and used", stacklevel=3)
+    return fps, values
+
+
+def _headings(path: Path, lines: list[str], start: int) -> tuple[int | None, float, int]:
+    """From the lines below MOTION: the number of frames where it is told, frames a second, and how many lines lie above the
+    first frame."""
+    declared, seconds, first = None, None, start
+    for first in range(start, len(lines)):
+        key, colon, value = lines[first].partition(":")
+        if colon:
+            told = numbers(value.split())
+            if told is None or len(told) != 1:
+                raise ValueError(f"{path}, line {first + 1}: '{key.strip()}:' needs one number")
+            if key.strip().lower() == "frames":
+                declared = int(told[0])
+            else:
+                seconds = told[0]
+        elif lines[first].strip():
+            break
+    else:
+        first = len(lines)
+    if not seconds or seconds < 0:
+        raise ValueError(f"{path}, line {min(first, start) + 1}: a 'Frame Time:' above zero is missing")
+    fps = 1.0 / seconds
+    whole = round(fps)  # files round the time of a frame: 0.0333333 s means 30 a second
+    return declared, whole if abs(fps - whole) < 2e-4 * fps else fps, first
+
+
+def numbers(words: Sequence[str]) -> np.ndarray | None:
+    """The numbers (n,) in whitespace-separated words or lines, None if anything else is there."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # the parser warns where it stops early
+        try:
+            return np.fromstring(" ".join(words), sep=" ") if words else np.empty(0)
+        except (ValueError, DeprecationWarning):
+            return None
