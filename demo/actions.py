@@ -119,9 +119,9 @@ def _next_stylizer(live: "Live", _: str) -> None:
         return
     try:
         live.say(f"stylizer: {live.stylizers.next()}")
+        live.choice.offer(live.session.stylizer.styles)
     except ValueError as error:
         live.say(str(error), ALERT)
-    live.choice.offer(live.session.stylizer.styles)
 
 
 def _reroll(live: "Live", _: str) -> None:

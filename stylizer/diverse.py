@@ -11,7 +11,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from stylizer.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, newest, pooled, slope_penalty
-from stylizer.domains import Inputs
+from stylizer.domains import Labelled
 from stylizer.graph import LEVELS
 from stylizer.layers import Unpool, leaky, normalized
 from stylizer.losses import Recipe
@@ -159,18 +159,18 @@ class Objective(nn.Module):
         """The phases of a step and how far training is in them."""
         return self.PHASES, progress
 
-    def forward(self, phase: str, x: Inputs, step: int) -> dict[str, Tensor]:
+    def forward(self, phase: str, x: Labelled, step: int) -> dict[str, Tensor]:
         """The phase's terms of one batch."""
         return self.discriminator_losses(x, step) if phase == "discriminator" else self.generator_losses(x, step)
 
-    def two_codes(self, x: Inputs, step: int) -> tuple[Tensor, Tensor]:
+    def two_codes(self, x: Labelled, step: int) -> tuple[Tensor, Tensor]:
         """s_1, s_2 of the target's domain: of two noises, or of two reference motions."""
         model, n = self.system, self.system.config.noise
         if step % 2:
             return model.encode(x.target, x.target_domain), model.encode(x.target_kin, x.target_domain)
         return tuple(model.code_from_noise(z, x.target_domain) for z in (x.noise[:, :n], x.noise[:, n:2 * n]))
 
-    def discriminator_losses(self, x: Inputs, step: int) -> dict[str, Tensor]:
+    def discriminator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """D's side of Eq. 7."""
         with torch.no_grad():
             fake = self.system.stylize(x.source, self.two_codes(x, step)[0])
@@ -182,7 +182,7 @@ class Objective(nn.Module):
             terms["slope"] = slope_penalty(score, real)
         return terms
 
-    def generator_losses(self, x: Inputs, step: int) -> dict[str, Tensor]:
+    def generator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """G's, E's and F's side of Eq. 7, and Eq. 8 to 11."""
         model, motion = self.system, x.source[..., BODY]
         first, second = self.two_codes(x, step)

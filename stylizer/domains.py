@@ -39,40 +39,27 @@ def labels_of(data: MotionData) -> tuple[str, ...]:
 
 @dataclass
 class Labelled:
-    """Windows (B, T, 21, 15) with their domains (B,), and random numbers (B, NOISE) that the losses use in turn.
+    """Windows of motion with their domains (B,), and random numbers (B, NOISE) that the losses use in turn.
 
-    sibling is another window of source's clip, kin a window of another clip of source's domain; target is of any domain,
-    target_kin a window of another clip of that one; any is of any clip, labelled or not."""
+    The windows are arrays (B, T, 21, 15), or, normalized for a network by `as_inputs`, tensors (21, B, T, 15). sibling is
+    another window of source's clip, kin a window of another clip of source's domain; target is of any domain, target_kin a
+    window of another clip of that one; any is of any clip, labelled or not."""
 
-    source: np.ndarray
-    sibling: np.ndarray
-    kin: np.ndarray
-    target: np.ndarray
-    target_kin: np.ndarray
-    any: np.ndarray
-    source_domain: np.ndarray
-    target_domain: np.ndarray
-    noise: np.ndarray
-
-
-@dataclass
-class Inputs:
-    """The same, normalized as the networks want it: windows (21, B, T, 15)."""
-
-    source: Tensor
-    sibling: Tensor
-    kin: Tensor
-    target: Tensor
-    target_kin: Tensor
-    any: Tensor
-    source_domain: Tensor
-    target_domain: Tensor
-    noise: Tensor
+    source: np.ndarray | Tensor
+    sibling: np.ndarray | Tensor
+    kin: np.ndarray | Tensor
+    target: np.ndarray | Tensor
+    target_kin: np.ndarray | Tensor
+    any: np.ndarray | Tensor
+    source_domain: np.ndarray | Tensor
+    target_domain: np.ndarray | Tensor
+    noise: np.ndarray | Tensor
 
 
-def as_inputs(batch: Labelled, model: Scaled, device: torch.device) -> Inputs:
+def as_inputs(batch: Labelled, model: Scaled, device: torch.device) -> Labelled:
+    """The batch as tensors, its windows normalized."""
     tensors = {field.name: torch.from_numpy(getattr(batch, field.name)).to(device) for field in fields(batch)}
-    return Inputs(**{name: model.normalize(x) if x.dim() == 4 else x for name, x in tensors.items()})
+    return Labelled(**{name: model.normalize(x) if x.dim() == 4 else x for name, x in tensors.items()})
 
 
 class LabelledSampler(Sampler):

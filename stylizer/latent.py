@@ -10,7 +10,7 @@ from torch.nn import functional as F
 from sim.features import LAYOUT
 from sim.skeleton import JOINT_COUNT
 from stylizer.blocks import BODY, AdaIN, InstanceNorm, ResBlock, by_joint, conv, doubling, halving, newest, pooled, whole
-from stylizer.domains import Inputs
+from stylizer.domains import Labelled
 from stylizer.layers import leaky
 from stylizer.losses import Recipe
 from stylizer.whole_body import HIPS, Restyled, WholeBody
@@ -40,7 +40,7 @@ CONFIG = Config()
 UNLABELLED = replace(CONFIG, labelled=False)
 VARIATIONAL = replace(CONFIG, variational=True)
 RECIPE = Recipe({"pose": 1.0, "speed": 1.0, "size": 1e-3, "smooth": 1e-2, "spread": 1e-3, "way": 1.0,  # Sec. 3.1, 3.2.3
-                 "reconstruction": 1.0, "alignment": 0.1, "cycle": 1.0, "prior": 0.01},  # lambda of Sec. 3.2.2
+                 "reconstruction": 1.0, "alignment": 0.1, "cycle": 1.0, "prior": 0.1},  # lambda of Sec. 3.2.2
                 batch=24, learning_rate=1e-3, momentum=0.9, average=0.998)
 
 
@@ -223,11 +223,11 @@ class Objective(nn.Module):
             return self.PHASES[:1], progress / FIRST_STAGE
         return self.PHASES[1:], (progress - FIRST_STAGE) / (1 - FIRST_STAGE)
 
-    def forward(self, phase: str, x: Inputs, step: int) -> dict[str, Tensor]:
+    def forward(self, phase: str, x: Labelled, step: int) -> dict[str, Tensor]:
         """The stage's terms of one batch."""
         return self.autoencoder_losses(x) if phase == "autoencoder" else self.stylization_losses(x)
 
-    def autoencoder_losses(self, x: Inputs) -> dict[str, Tensor]:
+    def autoencoder_losses(self, x: Labelled) -> dict[str, Tensor]:
         """Sec. 3.1 and 3.2.3."""
         model = self.system
         motion = torch.cat([x.any, x.source], dim=1)
@@ -250,7 +250,7 @@ class Objective(nn.Module):
         generator = torch.Generator().manual_seed(int(noise[0, :2].double().abs().sum() * 1e9))
         return torch.randn(z.shape, generator=generator).to(z.device)
 
-    def stylization_losses(self, x: Inputs) -> dict[str, Tensor]:
+    def stylization_losses(self, x: Labelled) -> dict[str, Tensor]:
         """Eq. 1 to 4 for z^1, z^2 of one sequence and z^3 of any other."""
         model, size = self.system, x.source.shape[1]
         motion = torch.cat([x.source, x.sibling, x.target], dim=1)

@@ -25,7 +25,7 @@ from stylizer.blocks import (
     slope_penalty,
     whole,
 )
-from stylizer.domains import Inputs
+from stylizer.domains import Labelled
 from stylizer.layers import leaky
 from stylizer.losses import Recipe, forward_kinematics
 from stylizer.whole_body import Restyled, WholeBody
@@ -207,11 +207,11 @@ class Objective(nn.Module):
         """The phases of a step and how far training is in them."""
         return self.PHASES, progress
 
-    def forward(self, phase: str, x: Inputs, step: int) -> dict[str, Tensor]:
+    def forward(self, phase: str, x: Labelled, step: int) -> dict[str, Tensor]:
         """The phase's terms of one batch."""
         return self.discriminator_losses(x, step) if phase == "discriminator" else self.generator_losses(x)
 
-    def discriminator_losses(self, x: Inputs, step: int) -> dict[str, Tensor]:
+    def discriminator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """The discriminator's side of Eq. 4."""
         model, judge = self.system, self.judge
         with torch.no_grad():
@@ -224,7 +224,7 @@ class Objective(nn.Module):
             terms["slope"] = slope_penalty(score, real)
         return terms
 
-    def generator_losses(self, x: Inputs) -> dict[str, Tensor]:
+    def generator_losses(self, x: Labelled) -> dict[str, Tensor]:
         """Eq. 3 and the generator's sides of Eq. 4 to 7."""
         model, judge = self.system, self.judge
         clips = torch.cat([x.kin, x.target, x.target_kin], dim=1)
@@ -249,7 +249,7 @@ class Objective(nn.Module):
             "triplet": ((apart + MARGIN).clamp(min=0) * others).mean(),  # Eq. 7
         }
 
-    def views(self, x: Inputs) -> list[tuple[Tensor, Tensor]]:
+    def views(self, x: Labelled) -> list[tuple[Tensor, Tensor]]:
         """(yaw, scale), (3 B,) each, of every view, out of the batch's random numbers."""
         drawn = torch.special.ndtr(x.noise[:, :2 * self.system.config.views]).repeat(3, 1)  # uniform in 0 .. 1
         spans = ((YAWS, drawn[:, 0::2]), (SCALES, drawn[:, 1::2]))

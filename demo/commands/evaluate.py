@@ -10,6 +10,7 @@ from typing import Iterator
 HELP = "measure the quality of a model"
 EXAMPLE = """patchwalk evaluate controller --data mocap --json evaluation.json --plots evaluation
   patchwalk evaluate stylizer --data mocap --json transfer.json --plots insight
+  patchwalk evaluate stylizer --all --data mocap --json systems.json
 
 The stylizer's takes about a quarter of an hour on one core for the shipped weights, two minutes less where its judges have
 been trained before, longer with --weights for larger networks. It needs the labelled Bandai-Namco motion in --data."""
@@ -25,9 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", type=Path, metavar="OUT.json", help="where to write the figures")
     parser.add_argument("--plots", type=Path, metavar="DIR",
                         help="a folder to draw into: the controller's trajectory, speed and feet; what the stylizer does")
+    parser.add_argument("--all", action="store_true",
+                        help="stylizer only: every system whose weights are there in one table, with 95%% intervals")
     parser.add_argument("--weights", type=Path, metavar="DIR",
                         help="a folder with more of the stylizer's weights than the shipped ones, to put beside them: "
-                             "full, no_attention, whole_body_adain, paper_losses, left_out (.safetensors)")
+                             "full, no_attention, whole_body_adain, paper_losses, left_out; with --all unpaired, diverse, "
+                             "latent, latent_vae, latent_unlabelled (.safetensors)")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -52,6 +56,8 @@ def _controller(args: argparse.Namespace) -> int:
 def _stylizer(args: argparse.Namespace) -> int:
     if not args.data:
         raise ValueError("the stylizer is judged on labelled motion: name a folder that holds Bandai-Namco's with --data")
+    if args.all:
+        return _all_stylizers(args)
     from stylizer.evaluate import evaluate
     with _bar(args.model, "step") as progress:
         result = evaluate(args.data, args.weights, progress)
@@ -62,6 +68,16 @@ def _stylizer(args: argparse.Namespace) -> int:
         from stylizer.pictures import save_pictures
         for path in save_pictures(args.plots, args.data):
             print(f"wrote {path}", flush=True)
+    return 0
+
+
+def _all_stylizers(args: argparse.Namespace) -> int:
+    from stylizer import compare
+    with _bar("all stylizers", "step") as progress:
+        result = compare.compare(args.data, args.weights, progress)
+    print(compare.table(result.report), *result.notes, sep="\n", flush=True)
+    if args.json:
+        _write(args.json, result.report)
     return 0
 
 
@@ -125,6 +141,10 @@ def _bounds(low: float | None, high: float | None) -> str:
 
 def _check(args: argparse.Namespace) -> None:
     """Raises ValueError or OSError for what could only fail after minutes of work."""
+    if args.all and args.model != "stylizer":
+        raise ValueError("--all compares stylizers: leave it out for the controller")
+    if args.all and args.plots:
+        raise ValueError("--all draws no pictures: leave --plots out")
     if args.data and not args.data.is_dir():
         raise ValueError(f"there is no folder {args.data}; name one that holds BVH files with --data")
     if args.weights and not args.weights.is_dir():

@@ -11,7 +11,7 @@ from demo.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
 from demo.style_choice import StyleChoice
 from sim import recording
 from tests.demo.conftest import SIZE
-from tests.demo.fakes import BENDS, fake_session, key
+from tests.demo.fakes import BENDS, Bender, fake_session, key
 
 STYLES = tuple(BENDS)
 
@@ -182,3 +182,44 @@ def test_the_help_shows_every_control():
     text = texts(panels.help_of())
     for word in ("W A S D", "F12", "Esc", "wheel", "left stick", "record"):
         assert word in text
+
+
+class Chance(Bender):
+    """A stylizer that draws styles by chance, with other styles than the first."""
+
+    styles = ("bent", "drawn")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.draws = 0
+
+    def reroll(self) -> None:
+        self.draws += 1
+
+
+def test_another_stylizer_is_worn_where_it_has_the_style_and_chance_is_drawn_anew(screen, monkeypatch):
+    session, other = fake_session(), Chance()
+
+    def change(self) -> str:
+        session.stylizer = other
+        return "other"
+
+    monkeypatch.setattr("demo.stylizers.Stylizers.next", change)
+    script = {5: [key("1"), key("]")], 10: [key("y")], 15: [key("u")]}
+    live, _ = play(screen, script, 0.5, session)
+    assert session.stylizer is other and other.draws == 1
+    assert live.choice.styles == other.styles and "left_leg" in live.choice.style
+    assert any("stylizer: other" in text for _, text, _ in live.toasts)
+
+
+def test_a_recording_keeps_its_stylizer(screen, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("demo.stylizers.Stylizers.next", lambda self: pytest.fail("changed while recording"))
+    live, _ = play(screen, {2: [key("r")], 6: [key("y")], 8: [key("u")]}, 0.3)
+    assert any("stop it first" in text for _, text, _ in live.toasts)
+
+
+def test_there_may_be_no_other_stylizer(screen):
+    live, _ = play(screen, {2: [key("y")], 4: [key("u")]}, 0.2)
+    texts = [text for _, text, _ in live.toasts]
+    assert any("no other stylizer" in text for text in texts) and any("draws no styles by chance" in text for text in texts)
