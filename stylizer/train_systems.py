@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import torch
+from torch import distributed
 
 from stylizer import systems
 from stylizer.dataset import MotionData
@@ -16,11 +17,15 @@ from stylizer.whole_body import BODY
 
 class SystemTrainer(Trainer):
     """A `Trainer` of one of `systems.NETWORKS`. The system's own file says what is learned: its RECIPE and its Objective, which
-    gives the terms of each phase (Objective.forward) and what a phase changes (Objective.learned). One process only."""
+    gives the terms of each phase (Objective.forward) and what a phase changes (Objective.learned).
+
+    Raises ValueError where the data has no labels, and under torchrun."""
 
     KEPT = ("objective", "average", "optimizer")
 
     def __init__(self, data: MotionData, network: str, seed: int = 1) -> None:
+        if distributed.is_initialized():
+            raise ValueError(f"{network} learns in one process: start it without torchrun")
         torch.manual_seed(seed)
         torch.set_flush_denormal(True)
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
