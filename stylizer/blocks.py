@@ -59,6 +59,11 @@ def by_joint(x: Tensor) -> Tensor:
     return x[0].unflatten(2, (JOINT_COUNT, -1)).permute(2, 0, 1, 3)
 
 
+def for_each(x: Tensor, codes: Tensor) -> Tensor:
+    """A feature (V, B, T, C) of B motions once for each style that they are wanted in: (V, n B, T, C) for codes (n B, code)."""
+    return x.repeat(1, len(codes) // x.shape[1], 1, 1)
+
+
 def newest(motion: Tensor) -> Tensor:
     """(T, 1) of mean 1 for motion (V, B, T, C): the last two samples count NEWEST_WEIGHT times as much as the others."""
     weight = torch.ones(motion.shape[2], 1, device=motion.device)

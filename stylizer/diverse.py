@@ -10,7 +10,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from stylizer.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, newest, pooled, slope_penalty
+from stylizer.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, for_each, newest, pooled, slope_penalty
 from stylizer.domains import Labelled
 from stylizer.graph import LEVELS
 from stylizer.layers import Unpool, leaky, normalized
@@ -131,8 +131,9 @@ class Diverse(WholeBody):
         return self.mapping(noise[:, :self.config.noise], domain)
 
     def stylize(self, motion: Tensor, codes: Tensor) -> Tensor:
-        """G: normalized position and axes (21, B, T, 9) in the styles of codes (B, code)."""
-        return self.decoder(self.trunk(motion[..., BODY]), codes)
+        """G: normalized position and axes (21, n B, T, 9) of motion (21, B, T, 9 or more), each in n of the styles of codes
+        (n B, code)."""
+        return self.decoder([for_each(level, codes) for level in self.trunk(motion[..., BODY])], codes)
 
     def restyled(self, motion: Tensor, codes: Tensor) -> Restyled:
         result = self.stylize(motion, codes) * self.deviation[..., BODY] + self.mean[..., BODY]
@@ -187,8 +188,7 @@ class Objective(nn.Module):
         model, motion = self.system, x.source[..., BODY]
         first, second = self.two_codes(x, step)
         own = model.encode(x.source, x.source_domain)
-        levels = [level.repeat(1, 3, 1, 1) for level in model.trunk(motion)]
-        fake, other, same = model.decoder(levels, torch.cat([first, second, own])).chunk(3, dim=1)
+        fake, other, same = model.stylize(motion, torch.cat([first, second, own])).chunk(3, dim=1)
         cycled = model.stylize(fake, own)
         return {
             "adversarial": F.softplus(-self.judge(fake, x.target_domain)).mean(),  # Eq. 7

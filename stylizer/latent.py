@@ -9,7 +9,20 @@ from torch.nn import functional as F
 
 from sim.features import LAYOUT
 from sim.skeleton import JOINT_COUNT
-from stylizer.blocks import BODY, AdaIN, InstanceNorm, ResBlock, by_joint, conv, doubling, halving, newest, pooled, whole
+from stylizer.blocks import (
+    BODY,
+    AdaIN,
+    InstanceNorm,
+    ResBlock,
+    by_joint,
+    conv,
+    doubling,
+    for_each,
+    halving,
+    newest,
+    pooled,
+    whole,
+)
 from stylizer.domains import Labelled
 from stylizer.layers import leaky
 from stylizer.losses import Recipe
@@ -187,8 +200,9 @@ class Latent(WholeBody):
         return torch.cat([noise[:, :self.config.code], self.one_hot(domain)], dim=1)
 
     def local(self, motion: Tensor, codes: Tensor) -> Tensor:
-        """The restyled P, (1, B, T, 252)."""
-        return self.pose_decoder(self.generator(self.content_encoder(self.motion_code(motion)), codes))
+        """P (1, n B, T, 252) of normalized windows (21, B, T, 15), each in n of the styles of codes (n B, C)."""
+        content = self.content_encoder(self.motion_code(motion))
+        return self.pose_decoder(self.generator(for_each(content, codes), codes))
 
     def restyled(self, motion: Tensor, codes: Tensor) -> Restyled:
         result = by_joint(self.local(motion, codes)) * self.deviation[..., LOCAL] + self.mean[..., LOCAL]

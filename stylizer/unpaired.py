@@ -19,6 +19,7 @@ from stylizer.blocks import (
     by_joint,
     conv,
     doubling,
+    for_each,
     halving,
     newest,
     pooled,
@@ -140,7 +141,7 @@ class Unpaired(WholeBody):
     def transfer(self, motion: Tensor, codes: Tensor) -> Tensor:
         """Eq. 1: normalized axes (21, n B, T, 6) of windows (21, B, T, 15), each in n of the styles of codes (n B, code)."""
         content = self.content_encoder(whole(motion[..., ROTATION]))
-        return by_joint(self.decoder(content.repeat(1, len(codes) // content.shape[1], 1, 1), codes))
+        return by_joint(self.decoder(for_each(content, codes), codes))
 
     def restyled(self, motion: Tensor, codes: Tensor) -> Restyled:
         return Restyled(self.axes(self.transfer(motion, codes)), None)

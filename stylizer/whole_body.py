@@ -43,7 +43,7 @@ class WholeBody(Scaled):
         raise NotImplementedError
 
     def restyled(self, motion: Tensor, codes: Tensor) -> Restyled:
-        """Normalized windows (21, B, T, 15), T a multiple of 4, in the styles of codes (B, C)."""
+        """Normalized windows (21, B, T, 15), T a multiple of 4, each in n of the styles of codes (n B, C)."""
         raise NotImplementedError
 
     def code_from_noise(self, noise: Tensor, domain: Tensor) -> Tensor:
@@ -73,10 +73,11 @@ class WholeBody(Scaled):
 
 @torch.inference_mode()
 def answers(model: WholeBody, windows: np.ndarray, codes: Tensor, last: int | None = None) -> np.ndarray:
-    """Features (B, T, 21, 15) of windows in other styles, codes (B, C); or only the `last` samples of each."""
+    """Features (n B, T, 21, 15) of windows (B, T, 21, 15), each in n of the styles of codes (n B, C); or the `last` samples."""
     result = model.restyled(model.normalize(torch.from_numpy(windows.astype(np.float32))), codes)
     axes, hips = (None if x is None else x.permute(1, 2, 0, 3)[:, -(last or 0):].double().numpy() for x in result)
-    return completed(windows[:, -(last or 0):], axes, None if hips is None else hips[..., 0, :])
+    content = np.tile(windows[:, -(last or 0):], (len(codes) // len(windows), 1, 1, 1))
+    return completed(content, axes, None if hips is None else hips[..., 0, :])
 
 
 def completed(content: np.ndarray, axes: np.ndarray, hips: np.ndarray | None) -> np.ndarray:

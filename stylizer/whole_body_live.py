@@ -48,7 +48,7 @@ class WholeBodyStylizer(LiveStylizer):
         if joints:
             past = np.stack(list(self._past)[::STRIDE])
             codes = torch.stack([self._code(*look) for look in joints])
-            last = answers(self.bank.model, past[None].repeat(len(joints), axis=0), codes, last=2)[:, -1]
+            last = answers(self.bank.model, past[None], codes, last=2)[:, -1]
             self.answer = together(window[-1], dict(zip(joints, last)), joints)
         else:
             self.answer = window[-1]
