@@ -19,6 +19,7 @@ from sim.command import Command
 from sim.session import Session
 from sim.skeleton import expand_part
 from sim.worn import Worn
+from stylizer import catalogue
 
 FOLDER = Path(__file__).parent / "pictures"
 STRIP_SIZE = (250, 360)  # pixels of each walker
@@ -27,6 +28,8 @@ STRIP_DISTANCE = 2.7  # metres from the camera
 # What each walker of the strip wears: part or group -> style.
 STRIP = ({}, {"all": "old"}, {"all": "proud"}, {"all": "childish"}, {"all": "marching"},
          {"legs": "old", "spine": "proud", "arms": "marching"})
+SYSTEM_SIZE = (220, 280)
+SYSTEM_STRIP = ({}, *({"all": style} for style in ("old", "proud", "childish", "giant", "hunched")))
 
 WINDOW_SIZE = (1280, 720)
 WINDOW_FRAMES = 150
@@ -44,6 +47,7 @@ GIF_DISTANCE = 3.0
 def draw() -> None:
     """Writes every picture."""
     strip()
+    systems()
     live_window()
     gif()
 
@@ -52,6 +56,13 @@ def strip() -> None:
     """styles.png: the same step of the same walk, in one style after another."""
     with open_window(STRIP_SIZE, visible=False) as window:
         _save("styles.png", np.concatenate([_walker(window, wears) for wears in STRIP], axis=1))
+
+
+def systems() -> None:
+    """systems.png: the same step in the same styles, as each stylizer of the package has them, one a row."""
+    with open_window(SYSTEM_SIZE, visible=False) as window:
+        rows = [[_walker(window, wears, name) for wears in SYSTEM_STRIP] for name in catalogue.names()]
+        _save("systems.png", np.concatenate([np.concatenate(row, axis=1) for row in rows], axis=0))
 
 
 def live_window() -> None:
@@ -91,11 +102,12 @@ def _restyled_walk() -> Iterator[np.ndarray]:
                 yield window.read_pixels()
 
 
-def _walker(window: Window, wears: dict[str, str]) -> np.ndarray:
-    session: Session = assemble.build_session()
+def _walker(window: Window, wears: dict[str, str], stylizer: str | None = None) -> np.ndarray:
+    session: Session = assemble.build_session(stylizer)
     for _ in range(STRIP_FRAMES):
         frame = session.step(Command((0.0, 1.0), style=_style(wears)))
     caption = ", ".join(f"{name} {group}" if len(wears) > 1 else name for group, name in wears.items()) or "neutral"
+    caption = f"{stylizer}: {caption}" if stylizer else caption
     view = View(Camera(distance=STRIP_DISTANCE), arrow=False, contacts=False, panels=(panels.line(caption, "bottom"),))
     view.camera.jump(frame.styled.root_position)
     window.bind()

@@ -91,6 +91,7 @@ class AdaIN(nn.Module):
     def __init__(self, code: int, channels: int) -> None:
         super().__init__()
         self.affine = nn.Linear(code, 2 * channels)
+        nn.init.normal_(self.affine.weight, std=code ** -0.5)  # the library's would let codes matter too little to be learned
 
     def forward(self, x: Tensor, code: Tensor) -> Tensor:
         """(V, B, T, C), (B, code) -> (V, B, T, C)"""
