@@ -147,7 +147,7 @@ class Bank:
         if header["weights"] != self.fingerprint:
             if "windows" not in tensors:
                 raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
-            windows = tensors["windows"].numpy().reshape(WINDOWS, WINDOW, JOINT_COUNT, FEATURES)
+            windows = kept_windows(tensors)
             write(path, header["name"], encode(self.model, windows), self.fingerprint, header["licence"], header["source"],
                   windows)
             return self._read(path)
