@@ -37,7 +37,7 @@ FULL = Config()  # Table 3
 CONFIG = Config(channels=(24, 48, 96), hidden=(64, 128, 256))  # what a processor can train in half an hour
 # lambda of Eq. 12. The paper's are all one; our cycle and identity are means over all numbers, and would be small beside it.
 RECIPE = Recipe({"adversarial": 1.0, "cycle": 3.0, "identity": 3.0, "style": 1.0, "diversity": -1.0,
-                 "real": 1.0, "fake": 1.0, "slope": 1.0}, batch=8, learning_rate=5e-4, momentum=0.0, average=0.998)
+                 "real": 1.0, "fake": 1.0, "slope": 1.0}, batch=8, learning_rate=1e-3, momentum=0.0, average=0.998)
 MAPPING_RATE = 0.2  # of F's learning rate in the others'; the paper's is far less, over 100,000 steps
 
 

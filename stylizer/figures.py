@@ -10,13 +10,13 @@ from sim.clip import FPS, Clip, root_frame
 from sim.features import clip_features
 from sim.measures import foot_skate
 from sim.ring_buffer import SPAN
-from sim.skeleton import PART_NAMES
+from sim.skeleton import PART_NAMES, TOES
 from stylizer import measures
 from stylizer.labelled import Take
 from stylizer.live import OWN
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.offline import Look, clip_style, stylize
-from stylizer.rows import CENTI, TOES
+from stylizer.rows import CENTI
 from stylizer.streams import Styles, live
 
 LONGEST = 240  # frames of a clip that are played

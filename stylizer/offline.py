@@ -67,11 +67,13 @@ def stylize(model: Scaled, content: Clip, looks: Mapping[str, Look]) -> Clip:
     Raises ValueError for a clip of a few frames."""
     if len(content) < SHORTEST_CONTENT:
         raise ValueError(f"{content.name} is too short to restyle: give at least {SHORTEST_CONTENT} frames at {FPS} a second")
-    features = clip_features(content)
     strengths = np.array([looks[part].strength if part in looks else 0.0 for part in PART_NAMES])
-    if not strengths.any():
-        return content
-    rows = asked(answer(model, features, looks), features) * scales(strengths)
+    return put_on(content, answer(model, clip_features(content), looks), strengths) if strengths.any() else content
+
+
+def put_on(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Clip:
+    """The clip with what the network answered, features (frames, 21, 15), put on at the strengths (5,), and its feet in order."""
+    rows = asked(styled, clip_features(content)) * scales(strengths)
     rows = gaussian_filter1d(rows, SMOOTHING, axis=0, mode="nearest")
     before = as_pose(content)
     styled = hands_kept(turned(before, rows), before, strengths[ARM_PARTS])
@@ -140,7 +142,7 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style, own
 def as_pose(clip: Clip) -> Pose:
     """All frames of a clip as one pose with a leading axis, its contacts told from its feet."""
     root = root_frame(clip.positions(), clip.fps)
-    return Pose(root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip), 0.0)
+    return Pose(root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip), np.zeros(len(clip)))
 
 
 def _for_batch(style: Style, size: int) -> Style:

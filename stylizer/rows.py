@@ -10,19 +10,18 @@ import numpy as np
 from sim.clip import Clip, root_frame
 from sim.features import clip_features
 from sim.measures import foot_skate, frechet_distance, jerk
-from sim.skeleton import CONTACT_JOINTS, PART_NAMES
+from sim.skeleton import PART_NAMES, TOES
 from stylizer.classifier import Classifier
 from stylizer.labelled import SHORTEST, Take, draw, windows
 from stylizer.live import OWN
 from stylizer.measures import geodesic
-from stylizer.offline import Look, answer, clip_style, stylize
+from stylizer.offline import Look, answer, clip_style, put_on
 from stylizer.scaling import Scaled
 from stylizer.streams import Styles, live
 
 TRIALS = 10
 WARM_UP = 40  # frames before the judged window: a live stream has reached its strength by then
 SEGMENT = WARM_UP + SHORTEST
-TOES = CONTACT_JOINTS[1::2]
 CENTI = 100
 TARGET = "target"
 JUDGED = ("sra", "cra", "fmd", "style_fid")
@@ -53,11 +52,10 @@ class Transfer:
             self.seconds += stream.seconds * len(content)
             result = stream.answers, stream.locked
         else:
-            looks = {part: Look(style) for part in PART_NAMES}
             start = time.perf_counter()
-            drawn = stylize(self.model, content, looks)
+            styled = answer(self.model, clip_features(content), {part: Look(style) for part in PART_NAMES})
+            result = styled, put_on(content, styled, np.ones(len(PART_NAMES)))
             self.seconds += time.perf_counter() - start
-            result = answer(self.model, clip_features(content), looks), drawn
         self.frames += len(content)
         return result
 

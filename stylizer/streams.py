@@ -1,18 +1,19 @@
-"""Clips sent through the live path, frame by frame, as in a session: ring buffer, live stylizer, foot lock."""
+"""Clips sent through the live path: a session whose controller plays them."""
 
-import time
 from dataclasses import dataclass
 from typing import Callable, Mapping, Sequence
 
 import numpy as np
 
-from sim.clip import FPS, Clip, root_frame
-from sim.contacts import foot_contacts
-from sim.foot_lock import FootLock
+from sim.clip import FPS, Clip
+from sim.command import Command
+from sim.latency import Latency
 from sim.pose import Pose
-from sim.ring_buffer import RingBuffer
+from sim.session import Session
 from sim.worn import Worn
 from stylizer import catalogue
+from stylizer.live import LiveStylizer
+from stylizer.offline import as_pose
 from stylizer.scaling import Scaled
 
 
@@ -44,25 +45,43 @@ class Stream:
 
 def live(styles: Styles, content: Clip, worn: Callable[[int], Mapping[str, Worn]]) -> Stream:
     """A clip (60 Hz, grounded) played as if the controller made it; worn(frame) is what the parts wear in each frame."""
-    stylizer, history, lock = catalogue.stylizer_of(styles), RingBuffer(), FootLock()
-    answers, styled, locked, seconds = [], [], [], 0.0
-    for frame, neutral in enumerate(poses(content)):
-        history.push(neutral)
-        window = history.window()
-        start = time.perf_counter()
-        styled.append(stylizer.step(window, neutral, worn(frame)))
-        seconds += time.perf_counter() - start
-        answers.append(window[-1] if stylizer.answer is None else stylizer.answer)
-        locked.append(lock.step(styled[-1], neutral))
-    return Stream(np.array(answers), as_clip(styled), as_clip(locked), seconds / len(content))
+    stylizer, latency = _Watched(catalogue.stylizer_of(styles)), Latency()
+    session = Session(_Player(content), stylizer, latency)
+    locked = [session.step(Command(style=worn(frame))).styled for frame in range(len(content))]
+    seconds = float(np.mean(latency.seconds["stylizer"]))
+    return Stream(np.array(stylizer.answers), as_clip(stylizer.styled), as_clip(locked), seconds)
 
 
-def poses(clip: Clip) -> list[Pose]:
-    """The clip's frames as the controller would give them, contacts told from the feet."""
-    root = root_frame(clip.positions(), clip.fps)
-    frames = zip(root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip))
-    return [Pose(position, float(facing), hips, rotations, contacts, 0.0)
-            for position, facing, hips, rotations, contacts in frames]
+class _Player:
+    """A `sim.session.Controller` that gives a clip's frames, one after the other, whatever it is told."""
+
+    def __init__(self, clip: Clip) -> None:
+        self.poses = as_pose(clip)
+        self.restart()
+
+    def restart(self) -> None:
+        self.frames = iter(range(len(self.poses.hips)))
+
+    def step(self, command: Command) -> Pose:
+        return self.poses[next(self.frames)]
+
+
+class _Watched:
+    """A `sim.session.Stylizer` that keeps what another one answers and makes of it."""
+
+    def __init__(self, stylizer: LiveStylizer) -> None:
+        self.stylizer = stylizer
+        self.restart()
+
+    def restart(self) -> None:
+        self.stylizer.restart()
+        self.answers: list[np.ndarray] = []
+        self.styled: list[Pose] = []
+
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
+        self.styled.append(self.stylizer.step(window, neutral, style))
+        self.answers.append(window[-1] if self.stylizer.answer is None else self.stylizer.answer)
+        return self.styled[-1]
 
 
 def as_clip(frames: Sequence[Pose]) -> Clip:

@@ -99,7 +99,7 @@ def test_switching_styles_does_not_pop(bank, walk):
     apart = turn(steady[0][45], steady[1][45])[joints].max()
     jump = turn(switching[45], switching[44])[joints].max() - turn(steady[0][45], steady[0][44])[joints].max()
     assert apart > 0.01 and jump < 0.25 * apart
-    assert turn(switching[-1], steady[1][-1])[joints].max() < 0.1 * apart
+    assert turn(switching[-1], steady[1][-1])[joints].max() < 0.2 * apart  # the network is asked in other frames since
 
 
 def test_a_blend_of_two_styles_goes_from_the_first_to_the_other(bank, walk):

@@ -8,13 +8,13 @@ import torch
 
 from sim.features import clip_features
 from sim.skeleton import INDEX, PART_NAMES, PARTS
-from stylizer import diverse, latent, streams, systems, train_systems, unpaired, weights
+from stylizer import diverse, latent, systems, train_systems, unpaired, weights
 from stylizer.blocks import BODY, ROOTED, AdaIN, DomainHead, InstanceNorm, ResBlock, by_joint, whole
 from stylizer.codes import CodeBank, build
 from stylizer.dataset import MotionData, PackedClip
 from stylizer.domains import NOISE, LabelledSampler, label_of, labels_of
 from stylizer.global_motion import changed, rerouted
-from stylizer.offline import Look, clip_style, looks, stylize
+from stylizer.offline import Look, as_pose, clip_style, looks, stylize
 from stylizer.sampler import statistics
 from stylizer.streams import Styles, live
 from stylizer.train_systems import SystemTrainer
@@ -196,7 +196,8 @@ def test_parts_take_what_the_answer_in_their_own_style_says():
 
 @pytest.fixture(scope="module")
 def poses():
-    return streams.poses(walking_clip(60))
+    every = as_pose(walking_clip(60))
+    return [every[frame] for frame in range(60)]
 
 
 @pytest.fixture(params=TINY)
