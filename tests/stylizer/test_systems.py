@@ -127,7 +127,7 @@ def test_one_batch_can_be_learned_by_heart(network, data):
         first = trainer.update(progress)
         for _ in range(80):
             last = trainer.update(progress)
-    assert last[name] < 0.6 * first[name]
+    assert last[name] < 0.7 * first[name]
 
 
 @pytest.mark.parametrize("network", TINY)
