@@ -41,6 +41,14 @@ RECIPE = Recipe({"adversarial": 1.0, "cycle": 3.0, "identity": 3.0, "style": 1.0
 MAPPING_RATE = 0.2  # of F's learning rate in the others'; the paper's is far less, over 100,000 steps
 
 
+def he(module: nn.Module) -> None:
+    """He et al. 2015, with which App. A.2 starts: features, and so codes, begin of a size that matters."""
+    if isinstance(module, nn.Linear):
+        nn.init.kaiming_normal_(module.weight)
+        if module.bias is not None:
+            nn.init.zeros_(module.bias)
+
+
 class Trunk(nn.Module):
     """1x1 convolution and two residual blocks down to G3 (Table 3 a, b, d): what G, E and D begin with."""
 
@@ -88,6 +96,7 @@ class DomainEncoder(nn.Module):
         width = config.channels[-1]
         self.trunk, self.global_conv = Trunk(config), nn.Linear(LEVELS[3].size * width, width)
         self.head = DomainHead(width, len(config.labels), size)
+        self.apply(he)
 
     def forward(self, x: Tensor, domain: Tensor) -> Tensor:
         """(21, B, T, 9), (B,) -> (B, size)"""
@@ -104,6 +113,7 @@ class Mapping(nn.Module):
         self.of_noise, self.of_domain = nn.Linear(config.noise, first), nn.Linear(self.domains, first)
         self.rest = nn.Sequential(nn.Linear(2 * first, second), nn.ReLU(), nn.Linear(second, third), nn.ReLU(),
                                   nn.Linear(third, config.code), nn.Tanh())
+        self.apply(he)
 
     def forward(self, noise: Tensor, domain: Tensor) -> Tensor:
         """(B, noise), (B,) -> (B, code)"""
