@@ -42,7 +42,7 @@ class Config:
     latent: int = 128  # D_z of a motion code
     width: int = 128  # channels of content encoder, style encoder and generator
     content: int = 64  # D_z^c of a content code
-    code: int = 32  # D_z^s of a style code
+    code: int = 16  # D_z^s of a style code
     blocks: int = 2  # residual blocks of the content encoder, and of the generator
     taps: int = 5  # samples that the autoencoder's convolutions see; all others see 3
     variational: bool = False  # VAE (V) instead of AE (A), Sec. 3.1
@@ -53,7 +53,7 @@ CONFIG = Config()
 UNLABELLED = replace(CONFIG, labelled=False)
 VARIATIONAL = replace(CONFIG, variational=True)
 RECIPE = Recipe({"pose": 1.0, "speed": 1.0, "size": 1e-3, "smooth": 1e-2, "spread": 1e-3, "way": 1.0,  # Sec. 3.1, 3.2.3
-                 "reconstruction": 1.0, "alignment": 0.1, "cycle": 1.0, "prior": 0.1},  # lambda of Sec. 3.2.2
+                 "reconstruction": 1.0, "alignment": 0.1, "cycle": 1.0, "prior": 0.2},  # lambda of Sec. 3.2.2
                 batch=24, learning_rate=1e-3, momentum=0.9, average=0.998)
 
 
