@@ -14,7 +14,7 @@ RELIABLE = 0.1  # confidence under which a point counts as not seen
 LONGEST_GAP = 1.0  # seconds that a point may be missing; what lies between is a straight line
 MEDIAN, SMOOTHING = 5, 0.03  # frames, and seconds (Gaussian sigma): outliers, then jitter
 SHORTEST = 32 / 30  # seconds: one window of style
-TORSO = 0.44  # metres from the hips to between the shoulder joints, of our skeleton
+TORSO = 0.51  # metres from between the hip joints to between the shoulder joints, of our skeleton
 SMALLEST_TORSO = 2.0  # pixels
 
 # Our point -> those of a detector whose mean it is, by name.

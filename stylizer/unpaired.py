@@ -33,7 +33,8 @@ from stylizer.whole_body import Restyled, WholeBody
 
 POSITION, ROTATION = LAYOUT["position"], LAYOUT["rotation"]
 TURNS = JOINT_COUNT * 6
-# What both our skeleton and a pose detector know. The neck is where detectors have it, between the shoulder joints.
+# What both our skeleton and a pose detector know. Hips and neck are where detectors have them: between the joints of the legs,
+# and of the arms.
 POINTS = ("Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot", "Neck", "Head",
           "LeftArm", "LeftForeArm", "LeftHand", "RightArm", "RightForeArm", "RightHand")
 POINT_SCALE = 0.5  # metres that count as 1
@@ -167,9 +168,10 @@ class Unpaired(WholeBody):
 
 def points_of(places: Tensor) -> Tensor:
     """POINTS (B, T, 15, 3) about the hips, of joints (B, T, 21, 3)."""
-    neck = (places[..., INDEX["LeftArm"], :] + places[..., INDEX["RightArm"], :]) / 2
-    found = [neck if name == "Neck" else places[..., INDEX[name], :] for name in POINTS]
-    return torch.stack(found, dim=-2) - places[..., INDEX["Hips"], None, :]
+    between = {name: (places[..., INDEX[f"Left{side}"], :] + places[..., INDEX[f"Right{side}"], :]) / 2
+               for name, side in (("Hips", "UpLeg"), ("Neck", "Arm"))}
+    found = [between[name] if name in between else places[..., INDEX[name], :] for name in POINTS]
+    return torch.stack(found, dim=-2) - between["Hips"][..., None, :]
 
 
 class Discriminator(nn.Module):

@@ -14,6 +14,7 @@ from stylizer.codes import CodeBank, build
 from stylizer.dataset import MotionData, PackedClip
 from stylizer.domains import NOISE, LabelledSampler, label_of, labels_of
 from stylizer.global_motion import changed, rerouted
+from stylizer.key_points import TORSO
 from stylizer.offline import Look, as_pose, clip_style, looks, stylize
 from stylizer.sampler import statistics
 from stylizer.streams import Styles, live
@@ -169,6 +170,9 @@ def test_a_view_is_the_body_turned_and_its_depth_dropped():
     motion = torch.zeros(21, 1, 4, 15)
     motion[INDEX["LeftHand"], ..., :3] = torch.tensor([0.5, 1.0, 0.2])
     hand = unpaired.POINTS.index("LeftHand")
+    rest = torch.from_numpy(walking_clip(4).positions()).float()[None]
+    torso = (unpaired.points_of(rest)[..., unpaired.POINTS.index("Neck"), :]).norm(dim=-1)
+    assert torch.allclose(torso, torch.tensor(TORSO), atol=0.01), "what a video is measured by is what training saw"
     front, side = (model.projected(motion, torch.tensor([yaw]), torch.tensor([scale]))[0, 0, hand]
                    for yaw, scale in ((0.0, 1.0), (torch.pi / 2, 2.0)))
     assert torch.allclose(front, torch.tensor([0.5, 1.0]), atol=1e-5)  # its left is to the right of who faces it
