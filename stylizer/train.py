@@ -86,6 +86,8 @@ def trainer_of(network: str, recipe: str) -> Callable[[MotionData, int], "Traine
     """What makes the trainer of a network, of data and a seed. Raises ValueError for unknown names."""
     named(CONFIGS | systems.NETWORKS, network, "network")
     if network in systems.NETWORKS:
+        if recipe != "ours":
+            raise ValueError(f"{network} has one recipe: leave --recipe out")
         from stylizer.train_systems import SystemTrainer
         return lambda data, seed: SystemTrainer(data, network, seed)
     how = named(RECIPES, recipe, "recipe")
