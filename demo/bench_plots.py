@@ -17,14 +17,24 @@ STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.s
 LABELS = {"full": "Motion Puzzle, full", "paper_slim": "Motion Puzzle, paper's slim", "shipped": "stylizer, shipped"}
 
 
-def save(report: dict, path: Path) -> None:
-    """Draws a report of demo.bench into a PNG."""
+# What is paid for speed: figure of an evaluation's row, its title, and whether more of it is better.
+QUALITY = {"sra": ("style recognition accuracy", True), "geodesic": ("angle to the content, rad", False),
+           "jitter_ratio": ("jerk / the content's", False)}
+
+
+def save(report: dict, path: Path, quality: list[dict] | None = None) -> None:
+    """Draws a report of demo.bench into a PNG; quality: the `rows` of an evaluation of the stylizer, time against figures."""
     with plt.rc_context(STYLE), replacing(path) as temporary:
-        figure, (top, bottom) = plt.subplots(2, 2, figsize=(10, 6), width_ratios=(3, 2), layout="constrained")
+        figure = plt.figure(figsize=(10, 9 if quality else 6), layout="constrained")
+        parts = figure.subfigures(2, 1, height_ratios=(2, 1)) if quality else [figure]
+        top, bottom = parts[0].subplots(2, 2, width_ratios=(3, 2))
         _compared(top[0], report)
         _crowds(top[1], report)
         _frames(bottom[0], report)
         _stages(bottom[1], report)
+        if quality:
+            for axes, name in zip(parts[1].subplots(1, len(QUALITY)), QUALITY):
+                _quality(axes, quality, name)
         machine = report["machine"]
         figure.suptitle(f"{machine['cpu']}, {machine['threads']} thread, torch {machine['torch']}", fontsize=9, color=THEIRS)
         figure.savefig(temporary, format="png")
@@ -59,6 +69,19 @@ def _frames(axes, report: dict) -> None:
     axes.text(0, BUDGET_MS / 2, " half of a 60 Hz frame", fontsize=8, va="bottom", transform=axes.get_yaxis_transform())
     axes.set(ylim=(0, None), title="whole frame without drawing, ms, second by second", xlabel="second of motion")
     axes.legend(ncols=2)
+
+
+def _quality(axes, rows: list[dict], name: str) -> None:
+    title, more_is_better = QUALITY[name]
+    for row in rows:
+        if row.get(name) and row.get("ms_per_frame"):
+            (ms, _), (value, deviation) = row["ms_per_frame"], row[name]
+            live = row["mode"] == "live"
+            axes.errorbar(ms, value, deviation, fmt="o" if live else "s", color=OURS if live else THEIRS, capsize=2)
+            axes.annotate(f"{row['model']}, {row['mode']}", (ms, value), (5, 4), textcoords="offset points", fontsize=7)
+    better = "more" if more_is_better else "less"
+    axes.margins(x=0.35, y=0.25)
+    axes.set(xlim=(0, None), title=f"{title} ({better} is better)", xlabel="ms a frame, whole stylizer")
 
 
 def _stages(axes, report: dict) -> None:

@@ -20,6 +20,8 @@ COMPARED = {"full": "full network", "paper_slim": "paper's slim", "shipped": "sh
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", type=Path, metavar="OUT.json", help="write the figures as JSON")
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw them")
+    parser.add_argument("--quality", type=Path, metavar="EVAL.json",
+                        help="what `patchwalk evaluate stylizer --json` wrote: drawn against its times beside the rest")
     parser.add_argument("--characters", type=_positive(int), default=1, metavar="N",
                         help="characters stepped in every frame (default: 1); crowds of 1, 4, 16 and 64 are always timed")
     parser.add_argument("--seconds", type=_positive(float), default=10.0, metavar="S",
@@ -30,6 +32,7 @@ def run(args: argparse.Namespace) -> int:
     from demo import STARTED, export
     from sim.atomic import replacing
     export.check_outputs({kind: path for kind in ("json", "plot") if (path := getattr(args, kind))})
+    quality = _rows(args.quality, args.plot) if args.quality else None
     from demo import bench
     report = bench.measure(args.characters, args.seconds, STARTED)
     print_table(report)
@@ -39,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"wrote {args.json}")
     if args.plot:
         from demo import bench_plots
-        bench_plots.save(report, args.plot)
+        bench_plots.save(report, args.plot, quality)
         print(f"wrote {args.plot}")
     return 0
 
@@ -73,6 +76,18 @@ def print_table(report: dict) -> None:
           f"load {noise['load']}, preempted {noise['preempted']} times")
     if steady:
         print(f"p99 of the last minute / the first {steady['ratio']:.2f}; memory grew by {steady['growth_mb']} MB in between")
+
+
+def _rows(path: Path, plot: Path | None) -> list[dict]:
+    """The rows of an evaluation's JSON. Raises ValueError or OSError for what is none, or where nothing is drawn."""
+    if plot is None:
+        raise ValueError("--quality is drawn: say where with --plot OUT.png")
+    try:
+        rows = json.loads(path.read_text(encoding="utf-8"))["rows"]
+        rows = [row for row in rows if row["model"] and row["mode"]]
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{path} is no report of the stylizer: write one with 'patchwalk evaluate stylizer --json'") from error
+    return rows
 
 
 def _positive(kind: type):

@@ -69,6 +69,8 @@ MISTAKES = {
     "bench --characters many": "above 0",
     "bench --json nowhere/out.json": "there is no folder nowhere",
     "bench --plot nowhere/out.png": "there is no folder nowhere",
+    "bench --plot out.png --quality good.jsonl": "no report of the stylizer",
+    "bench --quality good.jsonl": "--plot",
     "train dancer": "invalid choice: 'dancer'",
     "train controller --data nowhere": "there is no folder nowhere",
     "train controller --data a_folder": "holds no BVH files",
@@ -130,7 +132,11 @@ def no_video(path) -> None:
 def test_bench_reports_every_field(folder, fake_models, monkeypatch, capsys):
     monkeypatch.setattr(assemble, "BUNDLED_RECORDING", folder / "good.jsonl")
     monkeypatch.setattr("demo.bench.TURNS", 2)
-    assert cli.main("bench --seconds 1 --characters 2 --json bench.json --plot bench.png".split()) == 0
+    rows = [{"model": "slim", "mode": "live", "sra": [0.9, 0.1], "geodesic": [0.3, 0.0], "jitter_ratio": [1.2, 0.1],
+             "ms_per_frame": [2.0, 0.0]}, {"model": "full", "mode": "offline", "sra": None, "ms_per_frame": None}]
+    Path("eval.json").write_text(json.dumps({"rows": rows}))
+    options = "--seconds 1 --characters 2 --json bench.json --plot bench.png --quality eval.json"
+    assert cli.main(["bench", *options.split()]) == 0
     report = json.loads(Path("bench.json").read_text())
     assert report["frames"] == 120 and report["frame"]["p50_ms"] > 0 and len(report["timeline"]) == 1
     assert set(report) >= {"machine", "stylizer_ms", "ratio", "characters", "rss_mb", "first_frame_s", "first_frame_ms", "noise"}
