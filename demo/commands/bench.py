@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quality", type=Path, metavar="EVAL.json",
                         help="what `patchwalk evaluate stylizer --json` wrote: drawn against its times beside the rest")
     parser.add_argument("--characters", type=_positive(int), default=1, metavar="N",
-                        help="characters stepped in every frame (default: 1); crowds of 1, 4, 16 and 64 are always timed")
+                        help="characters stepped together in a frame (default: 1); crowds of 1, 4, 16 and 64 are always timed")
     parser.add_argument("--seconds", type=_positive(float), default=10.0, metavar="S",
                         help="seconds of motion (default: 10)")
 
