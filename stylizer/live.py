@@ -22,6 +22,7 @@ from stylizer import weights
 from stylizer.attention import attention_map
 from stylizer.bank import Bank
 from stylizer.blend import Style, for_batch, put, side_by_side
+from stylizer.last_sample import live_form
 from stylizer.motion_puzzle import joined
 from stylizer.turns import (
     ARM_PARTS,
@@ -54,6 +55,7 @@ class LiveStylizer:
         """crowd: (N,) for N characters, with whom every array has one more axis in front; none for one character."""
         self.bank = bank
         self._leading = crowd
+        self._network = live_form(bank.model)
         self._own = side_by_side([bank[OWN]] * len(PART_NAMES))
         self._kept: dict[tuple, tuple[list[Style], Style]] = {}  # by who asked: each one's style, and those side by side
         self.restart()
@@ -148,10 +150,7 @@ class LiveStylizer:
         """The network's answer for the last sample of windows (n, 16, 21, 15), as rows (n, 22, 3) in the characters' own
         frame."""
         with torch.inference_mode():
-            model = self.bank.model
-            motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
-            answer, rebuilt = (answer if answer is None else model.restore(answer)[:, 0].double().numpy() for answer in
-                               model(motion, self._styles(asking), for_batch(self._own, len(asking)), last=1))
+            answer, rebuilt = self._network(windows, self._styles(asking), for_batch(self._own, len(asking)))
         if rebuilt is not None:  # what the decoder loses of the neutral movement goes on top, but not what is lost steadily
             lost = windows[:, -1] - rebuilt
             before = np.where(self._known[asking, None, None], self._lost[asking], lost)
