@@ -22,7 +22,7 @@ from sim.skeleton import PART_NAMES
 from sim.worn import Worn, names
 from stylizer.bank import SHORTEST, Bank, encode
 from stylizer.bank import WINDOW as STYLE_WINDOW
-from stylizer.blend import Style, interpolated, side_by_side, with_equal_tokens
+from stylizer.blend import Style, for_batch, interpolated, side_by_side, with_equal_tokens
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.turns import ARM_PARTS, asked, feet_off, feet_raised, hands_kept, height_share, scales, turned
 
@@ -117,7 +117,7 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style, own
     for some in np.array_split(starts, -(-len(starts) // BATCH)):
         seen = some[:, None] + STRIDE * np.arange(WINDOW)
         batch = model.normalize(torch.from_numpy(padded[seen].astype(np.float32)))
-        styles = (_for_batch(look, len(some)) for look in (style, own))
+        styles = (for_batch(look, len(some)) for look in (style, own))
         for total, answers in zip(totals, model(batch, *styles)):
             if answers is not None:
                 for at, window in zip(seen, model.restore(answers).double().numpy()):
@@ -135,7 +135,3 @@ def as_pose(clip: Clip) -> Pose:
     """All frames of a clip as one pose with a leading axis, its contacts told from its feet."""
     root = root_frame(clip.positions(), clip.fps)
     return Pose(root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip), np.zeros(len(clip)))
-
-
-def _for_batch(style: Style, size: int) -> Style:
-    return {level: type(part)(*(t.expand(-1, size, *t.shape[2:]) for t in part)) for level, part in style.items()}
