@@ -8,11 +8,11 @@ from typing import Callable
 import numpy as np
 import torch
 
-from sim.features import LAYOUT
+from sim.features import FEATURES, LAYOUT
 from sim.skeleton import PARTS
 from stylizer.blend import Style
-from stylizer.layers import EPSILON, PartStyle, Pool, STConv
-from stylizer.motion_puzzle import BPStyleNet, Config, MotionPuzzle
+from stylizer.layers import EPSILON, JointLinear, PartStyle, Pool, STConv
+from stylizer.motion_puzzle import POSTURE, BPStyleNet, Config, MotionPuzzle, Posture
 
 Answer = tuple[np.ndarray, np.ndarray | None]  # features (batch, 21, 15) in a style, and in their own where that is asked
 
@@ -38,7 +38,7 @@ class LastSample:
         encoder, decoder = model.content_encoder, model.decoder
         self.relative = model.config.relative
         self.mean, self.deviation = (values.numpy()[:, 0, 0] for values in (model.mean, model.deviation))
-        self.stem, self.head = _Linear(encoder.stem), _Linear(decoder.head)
+        self.stem, self.head = _end(encoder.stem), _end(decoder.head)
         self.convs = [_Conv(conv) for conv in encoder.convs]
         self.pools = [_Pool(pool) for pool in encoder.pools[1:]]
         self.nets = [_StyleNet(decoder.blocks[level]) for level in ("3", "2")]
@@ -46,6 +46,7 @@ class LastSample:
         self.last = _LastConv(decoder.blocks["1"].conv)
         self.needed = (1 + decoder.blocks["1"].reach + 1) // 2  # last samples of level 2 that the last of level 1 can see
         self.way = _Way(model) if model.way else None
+        self.posture = _Posture(decoder.posture) if decoder.posture else None
 
     @staticmethod
     def fits(config: Config) -> bool:
@@ -60,8 +61,11 @@ class LastSample:
         for level, net, source in zip((3, 2), self.nets, self.sources):
             x = net(x, [look[level] for look in looks], said[level], self.needed if level == 2 else None)
             x = x[:, source].repeat(2, axis=2).reshape(len(looks), len(windows), len(source), -1, x.shape[-1])
-        x = self.head(_leaky(self.last(_leaky(x.reshape(-1, *x.shape[2:])))))
-        answers = (x * self.deviation + self.mean).astype(float).reshape(len(looks), len(windows), *x.shape[1:])
+        x = self.head(_leaky(self.last(_leaky(x.reshape(-1, *x.shape[2:])))[:, :, None]))
+        answers = x.reshape(len(looks), len(windows), *self.mean.shape)
+        if self.posture:
+            answers += np.array([self.posture(look[POSTURE]) for look in looks])
+        answers = (answers * self.deviation + self.mean).astype(float)
         return answers[0], answers[1] if self.relative else None
 
     def _encoded(self, motion: np.ndarray) -> np.ndarray:
@@ -81,6 +85,32 @@ class _Linear:
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         return (x.reshape(-1, x.shape[-1]) @ self.weight + self.bias).reshape(*x.shape[:-1], -1)
+
+
+class _JointLinear:
+    """stylizer.layers.JointLinear."""
+
+    def __init__(self, layer: JointLinear) -> None:
+        self.weight, self.bias = layer.weight.detach().numpy(), layer.bias.detach().numpy()
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        return x @ self.weight + self.bias
+
+
+def _end(layer: torch.nn.Module) -> Callable[[np.ndarray], np.ndarray]:
+    """The 1x1 convolution at either end of the network."""
+    return _JointLinear(layer) if isinstance(layer, JointLinear) else _Linear(layer)
+
+
+class _Posture:
+    """stylizer.motion_puzzle.Posture."""
+
+    def __init__(self, posture: Posture) -> None:
+        self.share, self.joints = posture.share.detach().numpy()[:, 0, 0], posture.parts.back.numpy()
+
+    def __call__(self, look: PartStyle) -> np.ndarray:
+        """What is put on, normalized: (batch or 1, 21, 15)."""
+        return self.share * look.bias.reshape(len(look.bias), -1, FEATURES)[:, self.joints]
 
 
 class _Pool:
