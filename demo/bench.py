@@ -1,6 +1,5 @@
 """What `patchwalk bench` measures: all in one run, in turns, on one thread, so that a busy machine slows everything alike."""
 
-import copy
 import gc
 import os
 import sys
@@ -8,7 +7,7 @@ import time
 from collections import defaultdict
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import cycle
+from itertools import count
 from pathlib import Path
 from typing import Callable, Iterator
 
@@ -19,11 +18,10 @@ from demo import assemble
 from demo.bench_machine import Probe, products_of
 from sim import recording
 from sim.clip import FPS
-from sim.command import Command
+from sim.command import Command, Commands
 from sim.latency import Latency, percentiles
 from sim.session import Session
 from sim.skeleton import PART_NAMES
-from stylizer.live import LiveStylizer
 from stylizer.motion_puzzle import CONFIGS, MotionPuzzle
 
 WARM_UP = 2 * FPS  # frames that are stepped before anything counts
@@ -32,7 +30,10 @@ RIVALS = {"full": 1, "paper_slim": 2}  # of stylizer.motion_puzzle.CONFIGS: time
 RIVAL_WINDOW = 32  # samples: the window of the paper's real-time system
 CROWDS = (1, 4, 16, 64)
 CROWD_STEPS = 128  # characters' frames of each crowd in one of its turns
+CROWD_FRAMES = 8  # of each crowd in one of its turns at least
 CROWD_TURNS = 4
+SETTLE = 8  # frames in which a crowd puts on its styles
+APART = 37  # frames of the recording between two characters of a crowd, so that they walk, turn and switch at other times
 PERIOD = 2  # frames: the network is asked in every second one, so its cost is taken over so many
 MINUTE = 60 * FPS
 
@@ -42,11 +43,12 @@ def measure(characters: int, seconds: float, started: float) -> dict:
     latency = Latency()
     session = assemble.build_session(latency=latency)
     startup_s = time.perf_counter() - started
-    commands = dressed(session)
+    script = dressed(session)
     with uncounted(latency):
-        play([session], commands, 1)
+        play(session, asked(script), 1)
         first_frame_s, first_frame_ms = time.perf_counter() - started, latency.last_ms("frame")
-        crowd = [session, *(another(session, latency) for _ in range(characters - 1))]
+        crowd, commands = together(session, script, characters)
+        crowd.latency = latency
         play(crowd, commands, WARM_UP)
     rss_mb = peak_memory_mb()  # before anything that a session does not need is loaded
 
@@ -54,7 +56,7 @@ def measure(characters: int, seconds: float, started: float) -> dict:
     frames = max(PERIOD, round(seconds * FPS))
     turns = min(TURNS, max(1, frames // (4 * PERIOD)))
     with uncounted(latency):
-        products = products_of(lambda: play([session], commands, PERIOD))
+        products = products_of(lambda: play(crowd, commands, PERIOD))
     probe, pauses = Probe([tuple(shape) for batch, *shape in products for _ in range(batch)]), Pauses()
     rival_times, crowd_times, memory = defaultdict(list), defaultdict(list), [(0, memory_mb())]
     preempted = usage("ru_nivcsw")
@@ -69,11 +71,12 @@ def measure(characters: int, seconds: float, started: float) -> dict:
         probe.take()
         memory.append((len(latency.seconds["frame"]), memory_mb()))
     preempted = None if preempted is None else usage("ru_nivcsw") - preempted
-    for size, seconds_each in crowds(session, commands, {*CROWDS, characters}):
-        crowd_times[size].append(seconds_each)
+    with uncounted(latency):
+        for size, seconds_each in crowds(session, script, {*CROWDS, characters}):
+            crowd_times[size].append(seconds_each)
 
     report = latency.report(startup_s=startup_s, **assemble.machine())
-    shipped = 1e3 * by_period(latency.seconds["stylizer"], characters)
+    shipped = 1e3 * by_period(latency.seconds["stylizer"]) / characters
     times = {name: 1e3 * np.array(times) for name, times in rival_times.items()} | {"shipped": shipped}
     each = {size: 1e3 * float(np.median(times)) for size, times in sorted(crowd_times.items())}
     ratio = {f"{name}_over_shipped": round(float(np.median(times[name]) / np.median(shipped)), 2) for name in RIVALS}
@@ -86,27 +89,36 @@ def measure(characters: int, seconds: float, started: float) -> dict:
         "rss_mb": rss_mb,
         "first_frame_s": round(first_frame_s, 3),
         "machine_speed": probe.report(),
-        "bound": bound(session, products, probe, float(np.median(shipped))),
+        "bound": bound(session, products, probe, float(np.median(shipped)), characters),
         "collector": pauses.report(),
-        "steady": steady(latency.seconds["frame"], memory, characters),
+        "steady": steady(latency.seconds["frame"], memory),
         "noise": {"load": load(), "preempted": preempted},
-        "timeline": timeline(latency.seconds["frame"], characters),
+        "timeline": timeline(latency.seconds["frame"]),
     }
 
 
-def dressed(session: Session) -> Iterator[Command]:
-    """The bundled recording round and round, every part restyled in every frame: an unstyled frame asks no network."""
+def dressed(session: Session) -> list[Command]:
+    """The bundled recording with every part restyled in every frame: an unstyled frame asks no network."""
     dress = dict.fromkeys(PART_NAMES, (session.stylizer.styles[0], 1.0))
-    for command in cycle(recording.read(assemble.BUNDLED_RECORDING)):
-        yield replace(command, style={**dress, **command.style})
+    return [replace(command, style={**dress, **command.style}) for command in recording.read(assemble.BUNDLED_RECORDING)]
 
 
-def play(crowd: list[Session], commands: Iterator[Command], frames: int) -> None:
-    """Steps every character of a crowd through so many frames."""
+def asked(script: list[Command], characters: int | None = None) -> Iterator[Command | Commands]:
+    """The script round and round, for one character or a crowd, each of whom is somewhere else in it."""
+    for frame in count():
+        each = [script[(frame + one * APART) % len(script)] for one in range(characters or 1)]
+        yield Commands(each) if characters else each[0]
+
+
+def together(session: Session, script: list[Command], characters: int) -> tuple[Session, Iterator[Command | Commands]]:
+    """A session of so many characters, a lone one's being the session itself, and what they are asked."""
+    return (session, asked(script)) if characters == 1 else (session.crowd(characters), asked(script, characters))
+
+
+def play(session: Session, commands: Iterator[Command | Commands], frames: int) -> None:
+    """Steps a session through so many frames."""
     for _ in range(frames):
-        command = next(commands)
-        for one in crowd:
-            one.step(command)
+        session.step(next(commands))
 
 
 @contextmanager
@@ -116,15 +128,6 @@ def uncounted(latency: Latency) -> Iterator[None]:
     yield
     for name, seconds in latency.seconds.items():
         del seconds[counted.get(name, 0):]
-
-
-def another(session: Session, latency: Latency) -> Session:
-    """One more character with the same models."""
-    stylizer = session.stylizer
-    stylizer = type(stylizer)(stylizer.bank) if isinstance(stylizer, LiveStylizer) else copy.deepcopy(stylizer)
-    result = Session(copy.deepcopy(session.controller), stylizer, latency)
-    result.restart()
-    return result
 
 
 def rival(config) -> Callable[[], object]:
@@ -143,15 +146,17 @@ def rival(config) -> Callable[[], object]:
     return ask
 
 
-def crowds(session: Session, commands: Iterator[Command], sizes: set[int]) -> Iterator[tuple[int, float]]:
+def crowds(session: Session, script: list[Command], sizes: set[int]) -> Iterator[tuple[int, float]]:
     """(characters, seconds that one of them took for one frame), each size several times, in turns."""
-    people = [another(session, Latency()) for _ in range(max(sizes))]
-    play(people, commands, PERIOD)
+    people = {size: together(session, script, size) for size in sorted(sizes)}
+    for crowd, commands in people.values():
+        play(crowd, commands, SETTLE)
     for _ in range(CROWD_TURNS):
-        for size in sorted(sizes):
-            frames = max(PERIOD, CROWD_STEPS // size // PERIOD * PERIOD)
+        for size, (crowd, commands) in people.items():
+            play(crowd, commands, PERIOD)  # the caches are as this crowd leaves them
+            frames = max(CROWD_FRAMES, CROWD_STEPS // size // PERIOD * PERIOD)
             start = time.perf_counter()
-            play(people[:size], commands, frames)
+            play(crowd, commands, frames)
             yield size, (time.perf_counter() - start) / (frames * size)
 
 
@@ -178,43 +183,40 @@ class Pauses:
         return {"pauses": len(self.milliseconds), "longest_ms": round(max(self.milliseconds, default=0.0), 3)}
 
 
-def bound(session: Session, products: list[tuple[int, ...]], probe: Probe, shipped_ms: float) -> dict | None:
-    """How near the shipped stylizer is to what this machine could do: its arithmetic at the speed of its own products, and
-    its weights once through memory, whichever takes longer. None where the stylizer multiplies no matrices."""
+def bound(session: Session, products: list[tuple[int, ...]], probe: Probe, shipped_ms: float, characters: int) -> dict | None:
+    """How near the shipped stylizer is, for one character, to what this machine could do: its arithmetic at the speed of its
+    own products, and its weights once through memory, whichever takes longer. None where it multiplies no matrices."""
     if not products:
         return None
     model = session.stylizer.bank.model
     weights = sum(p.nbytes for name, p in model.named_parameters() if not name.startswith("style_encoder"))
-    operations = sum(2 * np.prod(product) for product in products) / PERIOD
+    operations = sum(2 * np.prod(product) for product in products) / PERIOD / characters
     arithmetic_ms = 1e-6 * operations / probe.typical_gflops()
-    memory_ms = 1e-6 * weights / PERIOD / probe.read_gb_s()
+    memory_ms = 1e-6 * weights / PERIOD / characters / probe.read_gb_s()
     return {"mflop": round(operations / 1e6, 2), "weights_mb": round(weights / 1e6, 2),
             "arithmetic_ms": round(arithmetic_ms, 4), "memory_ms": round(memory_ms, 4),
             "shipped_over_bound": round(shipped_ms / max(arithmetic_ms, memory_ms), 2)}
 
 
-def steady(seconds, memory: list[tuple[int, float]], characters: int) -> dict | None:
+def steady(seconds, memory: list[tuple[int, float]]) -> dict | None:
     """The last minute beside the first, and what memory grew by between them; None for a run of less than two minutes."""
-    minute = MINUTE * characters
-    if len(seconds) < 2 * minute:
+    if len(seconds) < 2 * MINUTE:
         return None
-    first, last = (percentiles(1e3 * np.array(part))["p99_ms"] for part in (seconds[:minute], seconds[-minute:]))
-    after_first = next(mb for frame, mb in memory if frame >= minute)
+    first, last = (percentiles(1e3 * np.array(part))["p99_ms"] for part in (seconds[:MINUTE], seconds[-MINUTE:]))
+    after_first = next(mb for frame, mb in memory if frame >= MINUTE)
     return {"first_minute_p99_ms": first, "last_minute_p99_ms": last, "ratio": round(last / first, 3),
             "growth_mb": round(memory[-1][1] - after_first, 1)}
 
 
-def timeline(seconds, characters: int) -> list[list[float]]:
+def timeline(seconds) -> list[list[float]]:
     """[p50, p99] milliseconds of the frames of every second."""
-    step = FPS * characters
-    return [[p["p50_ms"], p["p99_ms"]] for start in range(0, len(seconds) - step + 1, step)
-            for p in (percentiles(1e3 * np.array(seconds[start:start + step])),)]
+    return [[p["p50_ms"], p["p99_ms"]] for start in range(0, len(seconds) - FPS + 1, FPS)
+            for p in (percentiles(1e3 * np.array(seconds[start:start + FPS])),)]
 
 
-def by_period(seconds, characters: int) -> np.ndarray:
-    """A frame's share of every PERIOD frames of a character."""
-    frames = len(seconds) // characters // PERIOD * PERIOD
-    return np.array(seconds[:frames * characters]).reshape(-1, PERIOD, characters).mean(axis=1).ravel()
+def by_period(seconds) -> np.ndarray:
+    """A frame's share of every PERIOD frames."""
+    return np.array(seconds[:len(seconds) // PERIOD * PERIOD]).reshape(-1, PERIOD).mean(axis=1)
 
 
 def timed(action: Callable[[], object]) -> float:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Sequence
 
 import numpy as np
 
@@ -24,6 +25,11 @@ class Pose:
     rotations: np.ndarray
     contacts: np.ndarray
     phase: float
+
+    @classmethod
+    def stacked(cls, poses: Sequence["Pose"]) -> "Pose":
+        """Many instants, or many characters in one, as one pose with a leading axis."""
+        return cls(*(np.array([getattr(pose, field.name) for pose in poses]) for field in fields(cls)))
 
     def __getitem__(self, which) -> "Pose":
         """One or some of many instants."""

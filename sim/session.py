@@ -1,11 +1,11 @@
 """One frame of Patchwalk, from the command to the pose on the screen: window, replay, tests and export call `Session.step`."""
 
 from dataclasses import dataclass
-from typing import Mapping, Protocol
+from typing import Mapping, Protocol, Sequence
 
 import numpy as np
 
-from sim.command import Command
+from sim.command import Command, Commands
 from sim.foot_lock import FootLock
 from sim.latency import Latency
 from sim.pose import Pose
@@ -16,28 +16,35 @@ from sim.worn import Worn
 class Controller(Protocol):
     """Turns the player's wish into neutral motion, one 60 Hz frame a call."""
 
-    def step(self, command: Command) -> Pose: ...
+    def step(self, command: Command | Commands) -> Pose: ...
 
     def restart(self) -> None:
         """Back to before the first step: the same commands give the same poses again, bit for bit."""
+
+    def crowd(self, count: int) -> "Controller":
+        """One that moves so many characters by one step of `Commands`: its poses have a leading axis."""
 
 
 class Stylizer(Protocol):
     """Restyles the newest frame of a half-second window."""
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
         """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn).
         Raises ValueError for a style that the bank does not hold."""
 
     def restart(self) -> None:
         """Back to before the first step, as a Controller's."""
 
+    def crowd(self, count: int) -> "Stylizer":
+        """One for so many characters: windows and poses with a leading axis, a style for each."""
+
 
 @dataclass(frozen=True)
 class Frame:
-    """What one step made: the command it answered, the neutral pose and the styled pose that is drawn."""
+    """What one step made: the command it answered, the neutral pose and the styled pose that is drawn; a crowd's poses have a
+    leading axis of characters."""
 
-    command: Command
+    command: Command | Commands
     neutral: Pose
     styled: Pose
 
@@ -59,7 +66,13 @@ class Session:
         self.stylizer.restart()
         self.history, self.foot_lock = RingBuffer(), FootLock()
 
-    def step(self, command: Command) -> Frame:
+    def crowd(self, count: int) -> "Session":
+        """So many characters with the same models, standing at the start point, all moved by one step of `Commands`.
+
+        Each moves as it would alone, for a fraction of what it would cost: the networks are asked for many at once."""
+        return Session(self.controller.crowd(count), self.stylizer.crowd(count))
+
+    def step(self, command: Command | Commands) -> Frame:
         """command -> controller -> ring buffer -> stylizer -> foot lock -> frame."""
         stage = self.latency.stage
         with stage("frame"):

@@ -31,3 +31,15 @@ def with_equal_tokens(styles: Sequence[Style]) -> list[Style]:
     return [{level: part._replace(**{key: getattr(part, key).repeat(1, 1, lcm(*counts) // count, 1)
                                      for key in ("keys", "values")}) for level, part in style.items()}
             for style, count in zip(styles, counts)]
+
+
+def for_batch(style: Style, size: int) -> Style:
+    """One style as that of a whole batch, without copies."""
+    return {level: PartStyle(*(t.expand(-1, size, *t.shape[2:]) for t in part)) for level, part in style.items()}
+
+
+def put(style: Style, together: Style, place: int) -> None:
+    """Writes a style over the one at this place of several that lie side by side along the batch."""
+    for level, parts in style.items():
+        for one, all_of_them in zip(parts, together[level]):
+            all_of_them[:, place] = one[:, 0]

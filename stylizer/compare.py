@@ -47,6 +47,10 @@ class Drawn(Transfer):
         self.by_label = getattr(model.config, "labelled", True)
         self.style = lambda take: model.drawn(take.style if self.by_label else None, self.random)
 
+    def targets(self, takes: Sequence[Take]) -> Sequence[Take]:
+        """Those whose style it can draw: of labels that it learned; all where it asks for none or knows none of them."""
+        return self.by_label and [take for take in takes if take.style in self.model.config.labels] or takes
+
 
 def compare(data_dir: Path, folder: Path | None = None, progress: Progress | None = None) -> Comparison:
     """Judges every system whose weights are in the package or in `folder`.
@@ -73,7 +77,7 @@ def measured(model: Scaled, name: str, mode: str, size: int, takes: Sequence[Tak
              tick: Callable[[], object]) -> dict:
     """One row."""
     transfer = Drawn(model) if mode == "drawn" else Transfer(model, mode)
-    figures = row(transfer, takes, judges, size, tick)
+    figures = row(transfer, takes, judges, size, tick, transfer.targets(takes) if mode == "drawn" else None)
     if mode == "drawn" and not transfer.by_label:
         figures |= {"sra": None, "drawn_sra": None}  # nobody asked for a style
     return {"model": name, "mode": mode, **{key: with_interval(figure) for key, figure in figures.items()},
@@ -91,10 +95,10 @@ def diversity(transfer: Drawn, takes: Sequence[Take], judges: Judges) -> list[fl
     """How far results of one motion in styles drawn of one label are apart (Lee et al. 2019): the mean distance of what the
     style judge sees in them, as [mean, deviation] over the motions."""
     random = np.random.default_rng(0)
-    sources = [take for take in takes if len(take.clip) >= SEGMENT]
+    sources, targets = [take for take in takes if len(take.clip) >= SEGMENT], transfer.targets(takes)
     distances = []
     for _ in range(DIVERSE_CONTENTS):
-        source, target = (some[int(random.integers(len(some)))] for some in (sources, takes))
+        source, target = (some[int(random.integers(len(some)))] for some in (sources, targets))
         features = clip_features(source.clip[:SEGMENT])
         answers = [answer(transfer.model, features, dict.fromkeys(PART_NAMES, Look(transfer.style(target))))
                    for _ in range(DIVERSE_DRAWS)]

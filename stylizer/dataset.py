@@ -15,7 +15,7 @@ from sim.clip import FPS, Clip
 from sim.features import FEATURES, LAYOUT, LAYOUT_VERSION, STRIDE, WINDOW, clip_features
 from sim.retarget import load_clip
 from sim.skeleton import INDEX, JOINT_COUNT, skeleton_hash
-from stylizer.labelled import NAME
+from stylizer.labelled import labels
 
 STYLE_WINDOW = 32  # samples of a style clip in training: about one gait cycle
 CONTENT_SPAN = (WINDOW - 1) * STRIDE  # frames between the first and the last sample of a content window
@@ -39,8 +39,8 @@ class PackedClip:
     @property
     def style(self) -> str | None:
         """The style and the performer, where the name tells them."""
-        name = NAME.fullmatch(Path(self.name).name)
-        return name and f"{name['style']} {name['set']}"
+        found = labels(Path(self.name).name)
+        return found and found[1]
 
     @property
     def held_out(self) -> bool:

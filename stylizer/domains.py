@@ -8,8 +8,8 @@ import torch
 from torch import Tensor
 
 from sim.features import STRIDE
+from stylizer import labelled
 from stylizer.dataset import MotionData, PackedClip
-from stylizer.labelled import NAME
 from stylizer.sampler import Sampler
 from stylizer.scaling import Scaled
 
@@ -23,8 +23,8 @@ def label_of(name: str) -> str | None:
     """The domain of a clip of that name (its path without an ending): `old 1` for Bandai-Namco's old of set 1, None where the
     name tells none."""
     folder, _, stem = name.rpartition("/")
-    if found := NAME.fullmatch(stem):
-        return f"{found['style']} {found['set']}"
+    if found := labelled.labels(stem):
+        return found[1]
     return NEUTRAL if folder.rpartition("/")[2] in NEUTRAL_FOLDERS else None
 
 

@@ -77,7 +77,7 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
 def _unseen(path: Path, data: Labelled, judges: Judges, tick: Callable[[], object]) -> dict:
     """How weights do on the styles that `patchwalk train stylizer --leave-out WORD ...` kept from them."""
     words = weights.read(path)[0]["command"].partition("--leave-out ")[2].split()
-    targets = [take for take in data.generate if any(word in take.path.stem for word in words)]
+    targets = [take for take in data.generate if any(word in take.path.stem.lower() for word in words)]
     if not targets:
         raise ValueError(f"{path} says of no labelled style that it was left out: train it with --leave-out WORD ...")
     model, _ = weights.load(path.stem, path.parent)

@@ -125,7 +125,7 @@ class Further:
 
     def _neutral_like(self, target: Take) -> Take:
         """A neutral walk of the same performer, or of another where there is none."""
-        return self.neutral.get(f"{NEUTRAL} {target.style[-1]}", next(iter(self.neutral.values())))
+        return self.neutral.get(f"{NEUTRAL} {target.style.split()[-1]}", next(iter(self.neutral.values())))
 
     def _live(self, content: Clip, source: Take, target: Take, parts: Callable[[int], Sequence[str]], strength: float = 1.0):
         styles = Styles(self.model, {OWN: self.style(source), "target": self.style(target)})

@@ -1,4 +1,4 @@
-"""The labelled motion that transfer is judged on: Bandai-Namco's locomotion by content and style, in two fixed halves.
+"""The labelled motion that transfer is judged on: locomotion of Bandai-Namco and SNU by content and style, in two fixed halves.
 
 `classify` teaches the judges (stylizer.classifier), `generate` holds the sources and the styles to judge (Sec. 7.2.2)."""
 
@@ -16,7 +16,10 @@ from sim.clip import Clip
 from sim.features import STRIDE, clip_features
 from sim.retarget import load_clip
 
-NAME = re.compile(r"dataset-(?P<set>\d)_(?P<content>[a-z-]+)_(?P<style>[a-z-]+)_\d+")
+# Whose names tell what is in them: set (its performer's styles are told apart from those of another), content and style.
+NAMES = tuple(map(re.compile, (
+    r"dataset-(?P<set>\d)_(?P<content>[a-z-]+)_(?P<style>[a-z-]+)_\d+",
+    r"(?P<set>wd2)_(?P<content>Walk)(?P<style>Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong)\d+")))
 CONTENTS = ("walk", "run", "dash", "walk-back", "walk-left", "walk-right", "walk-turn-left", "walk-turn-right")
 MOST_TAKES = 4  # of one content in one style and half; set 2 has up to 50
 SHORTEST = 64  # frames: a take shorter than a window of the judges (SAMPLES at 30 Hz)
@@ -74,10 +77,16 @@ def load(data_dir: Path, tick: Callable[[], object] = lambda: None) -> Labelled:
 def labelled_files(data_dir: Path) -> dict[tuple[str, str], list[Path]]:
     """(content, style) -> files, in an order that has nothing to do with when they were captured."""
     groups = defaultdict(list)
-    for path in sorted(Path(data_dir).rglob("dataset-*.bvh")):
-        if (name := NAME.fullmatch(path.stem)) and name["content"] in CONTENTS:
-            groups[name["content"], f"{name['style']} {name['set']}"].append(path)
+    for path in sorted(Path(data_dir).rglob("*.bvh")):
+        if (label := labels(path.stem)) and label[0] in CONTENTS:
+            groups[label].append(path)
     return {label: sorted(files, key=lambda path: zlib.crc32(path.stem.encode())) for label, files in sorted(groups.items())}
+
+
+def labels(name: str) -> tuple[str, str] | None:
+    """Content and style that the name of a file without its suffix tells, the style with its set; None for another name."""
+    found = next(filter(None, (pattern.fullmatch(name) for pattern in NAMES)), None)
+    return found and (found["content"].lower(), f"{found['style'].lower()} {found['set']}")
 
 
 def windows(features: np.ndarray, starts: Iterable[int]) -> np.ndarray:

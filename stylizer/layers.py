@@ -69,6 +69,20 @@ class STConv(nn.Module):
         return _SumOfTaps.apply((x @ self.weight).view(V, B, T, self.taps, -1)) + self.bias
 
 
+class JointLinear(nn.Module):
+    """A linear layer with weights of its own for each vertex: a graph convolution hardly knows an elbow from a wrist."""
+
+    def __init__(self, vertices: int, channels_in: int, channels_out: int) -> None:
+        super().__init__()
+        bound = channels_in ** -0.5
+        self.weight = nn.Parameter(torch.empty(vertices, channels_in, channels_out).uniform_(-bound, bound))
+        self.bias = nn.Parameter(torch.zeros(vertices, 1, channels_out))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(V, B, T, channels_in) -> (V, B, T, channels_out)"""
+        return torch.baddbmm(self.bias, x.flatten(1, 2), self.weight).view(*x.shape[:3], -1)
+
+
 class Pool(nn.Module):
     """Part-preserving pooling: vertices along the chain and pairs of samples are averaged."""
 

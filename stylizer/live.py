@@ -5,21 +5,24 @@ to the styled one; that turn is smoothed, scaled by the part's strength and put 
 neutral motion passes through untouched, strength 0 is the neutral pose exactly, and the network's own noise is damped.
 """
 
+from itertools import groupby
 from pathlib import Path
-from typing import Callable, Mapping
+from typing import Iterable, Mapping, Sequence
 
 import numpy as np
 import torch
 
 from sim.clip import FPS, Clip
-from sim.features import STRIDE
+from sim.features import FEATURES, STRIDE
 from sim.pose import Pose
-from sim.skeleton import PART_NAMES
+from sim.skeleton import JOINT_COUNT, PART_NAMES
 from sim.springs import decay, spring_step
 from sim.worn import Worn, names
 from stylizer.attention import attention_map
 from stylizer.bank import Bank
-from stylizer.blend import Style, interpolated, side_by_side
+from stylizer.blend import Style, for_batch, put, side_by_side
+from stylizer.last_sample import live_form
+from stylizer.motion_puzzle import joined
 from stylizer.turns import (
     ARM_PARTS,
     PART_OF_ROW,
@@ -32,24 +35,37 @@ from stylizer.turns import (
     scales,
     turned,
 )
+from stylizer.wearer import OWN, Wearer
 
-OWN = "neutral"  # the style that untouched parts wear inside the network
-STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 SWITCH_HALFLIFE = 0.08  # seconds in which half of the way from one style to another is gone
 SMOOTHING_HALFLIFE = 0.035  # seconds; the turns that the network asks for follow a spring, and lag by as much
-GONE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
 FLOOR_HALFLIFE = 0.08  # seconds, for the height that all legs are lengthened or shortened by
 DT = 1 / FPS
+GROUP = 16  # characters, of whom half are asked for at a time: so many windows at once are quickest, for they stay in the caches
+KEPT = 3  # joined styles that are kept for a group: of its halves, and of a frame between in which a style changes
 LOST_SHARE = 1 - decay(1.0, STRIDE * DT)  # of an answer in that average: a half-life of a second
 
 
 class LiveStylizer:
-    """Implements `sim.session.Stylizer`. Deterministic: the same calls give the same poses, bit for bit."""
+    """Implements `sim.session.Stylizer`, for one character or for a crowd. Deterministic: the same calls give the same poses,
+    bit for bit."""
 
-    def __init__(self, bank: Bank) -> None:
+    def __init__(self, bank: Bank, crowd: tuple[int, ...] = ()) -> None:
+        """crowd: (N,) for N characters, with whom every array has one more axis in front; none for one character."""
         self.bank = bank
+        self._leading = crowd
+        self._prepare()
         self.restart()
-        self._kept: dict[str, tuple[tuple, Style]] = {}  # what was put together last, and of what
+
+    def _prepare(self) -> None:
+        """What the network needs before it is asked."""
+        self._network = live_form(self.bank.model)
+        self._own = side_by_side([self.bank[OWN]] * len(PART_NAMES))
+        self._kept: dict[tuple, tuple[list[Style], Style]] = {}  # by who asked: each one's style, and those side by side
+
+    def crowd(self, count: int) -> "LiveStylizer":
+        """So many characters side by side with the same bank. The network is asked for half of them in every frame."""
+        return type(self)(self.bank, (count,))
 
     @property
     def styles(self) -> tuple[str, ...]:
@@ -65,45 +81,49 @@ class LiveStylizer:
 
     def restart(self) -> None:
         """Back to before the first step: nothing is worn."""
-        self.parts = [_Part() for _ in PART_NAMES]
-        self.turns = _Turns()
-        self.raised = self.raised_rate = 0.0  # what both legs are shortened by to let the feet stand under the styled hips
-        self.answer: np.ndarray | None = None  # the network's own, when it was last asked: features (21, 15)
-        self._asked_for: tuple | None = None  # what the parts wore when the network was asked last
-        self._newest: np.ndarray | None = None  # what it answered
-        self._lost: np.ndarray | None = None  # what the decoder loses of the neutral motion, slow average: features (21, 15)
-        self._gliding = False  # whether all parts switch in the next step
-        self._resting = False  # whether this frame makes do with that answer
+        count = int(np.prod(self._leading))
+        self.wearers = [Wearer(late=one % 2 == 1) for one in range(count)]
+        self.turns = _Turns(self._leading)
+        self.raised, self.raised_rate = np.zeros((2, *self._leading))  # what legs are shortened by, feet under the styled hips
+        self._answers = np.zeros((count, JOINT_COUNT, FEATURES))  # the network's own, when each was last asked for
+        self._newest = np.zeros((count, len(PART_OF_ROW), 3))  # the same as rows
+        self._lost, self._known = np.zeros((count, JOINT_COUNT, FEATURES)), np.zeros(count, bool)
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
-        """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn).
-        Raises ValueError for a style that the bank does not hold."""
-        for worn in style.values():
-            for name in names(worn):
-                self.bank[name]
-        switched = [part.step(style.get(name)) or self._gliding for part, name in zip(self.parts, PART_NAMES)]
-        self._gliding = False
-        strengths = np.array([part.strength for part in self.parts])
-        if not strengths.any():
-            self.turns.forget()
-            self.raised, self.raised_rate, self._asked_for = 0.0, 0.0, None
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
+        """window: features (..., 16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn), of a crowd one for
+        each. Raises ValueError for a style that the bank does not hold."""
+        styles = style if self._leading else (style,)
+        for name in {name for each in styles for worn in each.values() for name in names(worn)}:
+            self.bank[name]
+        switched = self._together(wearer.step(each) for wearer, each in zip(self.wearers, styles, strict=True))
+        strengths = self._together(wearer.strengths for wearer in self.wearers)
+        worn = strengths.any(axis=-1)
+        rows = self._answer(window)
+        if not worn.any():
+            self.turns.worn[:] = False
+            self.raised, self.raised_rate = np.zeros((2, *self._leading))
             return neutral
-        turns = self.turns.step(self._answer(window), np.array(switched)[PART_OF_ROW], strengths[PART_OF_ROW] > 0)
-        styled = hands_kept(turned(neutral, turns * scales(strengths)), neutral, strengths[ARM_PARTS])
-        wanted = feet_off(styled, neutral) * min(height_share(strengths), 1.0)
-        self.raised, self.raised_rate = spring_step(self.raised, self.raised_rate, wanted, FLOOR_HALFLIFE, DT)
-        return feet_raised(styled, self.raised) if self.raised else styled
+        turns = self.turns.step(rows, switched[..., PART_OF_ROW], strengths[..., PART_OF_ROW] > 0)
+        styled = hands_kept(turned(neutral, turns * scales(strengths)), neutral, strengths[..., ARM_PARTS])
+        wanted = feet_off(styled, neutral) * np.minimum(height_share(strengths), 1.0)
+        raised, rate = spring_step(self.raised, self.raised_rate, wanted, FLOOR_HALFLIFE, DT)
+        self.raised, self.raised_rate = raised * worn, rate * worn
+        return feet_raised(styled, self.raised)
+
+    @property
+    def answer(self) -> np.ndarray | None:
+        """The network's own when it was last asked: features (..., 21, 15); None before."""
+        return self._answers.reshape(*self._leading, *self._answers.shape[1:]) if self._known.all() else None
 
     def take_over(self, other: "LiveStylizer") -> None:
         """Goes on from another stylizer's last step: strengths are kept, and the pose glides from its styles to ours. A part
         whose style we do not have lets it go."""
         self.bank.refresh()
         self.restart()
-        self.parts, self.turns = other.parts, other.turns
+        self.wearers, self.turns = other.wearers, other.turns
         self.raised, self.raised_rate = other.raised, other.raised_rate
-        for part in self.parts:
-            if not {part.name, part.other} <= set(self.styles):
-                part.name = part.other = OWN
+        for wearer in self.wearers:
+            wearer.keep(self.styles)
         self.glide()
 
     def reroll(self) -> None:
@@ -112,102 +132,81 @@ class LiveStylizer:
 
     def glide(self) -> None:
         """What parts wear has changed under its name: the next answer is asked for at once and glided into."""
-        self._asked_for, self._gliding = None, True
+        for wearer in self.wearers:
+            wearer.glide()
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
-        """What a body part's attention looks at now: (samples of the window / 2, samples of the style's clips), rows that
-        add up to 1. Changes nothing. Raises ValueError for weights without attention."""
+        """What a body part's attention looks at now, of one character: (samples of the window / 2, samples of the style's
+        clips), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
         with torch.inference_mode():
             motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            return attention_map(self.bank.model, motion, self._styles(), PART_NAMES.index(part))
+            return attention_map(self.bank.model, motion, self.wearers[0].look(self.bank), PART_NAMES.index(part))
+
+    def _together(self, values: Iterable[Sequence]) -> np.ndarray:
+        """What each character has, as one array (..., n)."""
+        return np.array(list(values)).reshape(*self._leading, -1)
 
     def _answer(self, window: np.ndarray) -> np.ndarray:
-        """Rows (22, 3) for this frame, from a network that is asked every second frame, or where a part changes its style.
+        """Rows (..., 22, 3) for this frame, from a network that is asked every second frame, or where a part changes its style.
 
         Then they are half way from its last answer to the new one, in the next frame the new one: a frame of lag for half the
         work, and windows that interleave (their samples are two frames apart) do not tremble against each other."""
-        wanted = tuple((part.name, part.other) for part in self.parts)
-        changed = wanted != self._asked_for
-        if self._resting and not changed:
-            self._resting = False
-            return self._newest
-        newest = self._ask(window)
-        if self._newest is not None:
-            newest = continued(newest, self._newest)
-        before = newest if changed else self._newest
-        self._asked_for, self._newest, self._resting = wanted, newest, True
-        return (before + newest) / 2
+        asking = [one for one, wearer in enumerate(self.wearers) if wearer.asks()]
+        rows = self._newest.copy()
+        if asking:
+            before = rows[asking]
+            windows = window.reshape(-1, *window.shape[-3:])
+            groups = [list(group) for _, group in groupby(asking, lambda one: one // GROUP)]
+            newest = continued(np.concatenate([self._ask(windows[group], group) for group in groups]), before)
+            changed = np.array([self.wearers[one].changed for one in asking])[:, None, None]
+            rows[asking], self._newest[asking] = (np.where(changed, newest, before) + newest) / 2, newest
+        return rows.reshape(*self._leading, *rows.shape[1:])
 
-    def _ask(self, window: np.ndarray) -> np.ndarray:
-        """The network's answer for the last sample, as rows (22, 3) in the character's own frame."""
+    def _ask(self, windows: np.ndarray, asking: list[int]) -> np.ndarray:
+        """The network's answer for the last sample of windows (n, 16, 21, 15), as rows (n, 22, 3) in the characters' own
+        frame."""
         with torch.inference_mode():
-            model = self.bank.model
-            motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            own = self._together("own", (OWN,) * len(PART_NAMES))
-            self.answer, rebuilt = (answer if answer is None else model.restore(answer)[0, 0].double().numpy()
-                                    for answer in model(motion, self._styles(), own, last=1))
+            answer = self._restyled(windows, asking)
+        self._known[asking] = True
+        self._answers = self._answers.copy()
+        self._answers[asking] = answer
+        return asked(answer, windows[:, -1])
+
+    def _restyled(self, windows: np.ndarray, asking: list[int]) -> np.ndarray:
+        """What it answers, as features (n, 21, 15)."""
+        answer, rebuilt = self._network(windows, self._styles(asking), for_batch(self._own, len(asking)))
         if rebuilt is not None:  # what the decoder loses of the neutral movement goes on top, but not what is lost steadily
-            lost = window[-1] - rebuilt
-            self._lost = lost if self._lost is None else self._lost + (lost - self._lost) * LOST_SHARE
-            self.answer = self.answer + (lost - self._lost)
-        return asked(self.answer, window[-1])
+            lost = windows[:, -1] - rebuilt
+            before = np.where(self._known[asking, None, None], self._lost[asking], lost)
+            self._lost[asking] = before + (lost - before) * LOST_SHARE
+            answer = answer + (lost - self._lost[asking])
+        return answer
 
-    def _styles(self) -> Style:
-        """Each part's own style or blend of two, put together once and kept until one of them changes."""
-        first, other = (tuple(getattr(part, key) for part in self.parts) for key in ("name", "other"))
-        shares = tuple(part.share for part in self.parts)
-        style = self._together("first", first)
-        if any(shares):
-            style = self._remembered("blend", (first, other, shares),
-                                     lambda: interpolated(style, self._together("other", other), shares))
+    def _styles(self, asking: list[int]) -> Style:
+        """What these characters wear, side by side along the batch, put together once and kept until one changes its look."""
+        looks = [self.wearers[one].look(self.bank) for one in asking]
+        if len(looks) == 1:
+            return looks[0]
+        before, style = self._kept.pop(tuple(asking), (looks, None))
+        style = style or joined(looks)
+        for place, (look, worn) in enumerate(zip(looks, before)):
+            if look is not worn:
+                put(look, style, place)
+        self._kept[tuple(asking)] = looks, style
+        if len(self._kept) > KEPT * (1 + len(self.wearers) // GROUP):
+            del self._kept[next(iter(self._kept))]
         return style
-
-    def _together(self, kind: str, names: tuple[str, ...]) -> Style:
-        return self._remembered(kind, names, lambda: side_by_side([self.bank[name] for name in names]))
-
-    def _remembered(self, kind: str, made_of: tuple, make: Callable[[], Style]) -> Style:
-        if kind not in self._kept or self._kept[kind][0] != made_of:
-            self._kept[kind] = made_of, make()
-        return self._kept[kind][1]
-
-
-class _Part:
-    """What one body part wears: a style, the other one it is blended with (itself if none), share and strength of these on
-    their way to the wanted ones."""
-
-    def __init__(self) -> None:
-        self.name = self.other = OWN
-        self.strength = self.velocity = self.share = self.share_rate = 0.0
-
-    def step(self, worn: Worn | None) -> bool:
-        """One frame; whether the style was switched. A part let go keeps its style until it has faded."""
-        name, strength, other, share = (worn if worn and len(worn) == 4 else
-                                        (*worn, self.other, 0.0) if worn else (self.name, 0.0, self.other, self.share))
-        switched = name != self.name or (other != self.other and self.share > 0)
-        self.name, self.other = name, other
-        if switched or not self.strength or abs(share - self.share) < GONE:  # in a switch the turns glide, so the share need not
-            self.share, self.share_rate = share, 0.0
-        self.share, self.share_rate = spring_step(self.share, self.share_rate, share, STRENGTH_HALFLIFE, DT)
-        switched = switched and self.strength > 0
-        self.strength, self.velocity = spring_step(self.strength, self.velocity, strength, STRENGTH_HALFLIFE, DT)
-        if strength == 0 and self.strength < GONE:
-            self.__init__()
-        return switched
 
 
 class _Turns:
-    """The rows (22, 3) that the network asks for, smoothed in time, without a jump where a part switches its style."""
+    """The rows (..., 22, 3) that the network asks for, smoothed in time, without a jump where a part switches its style."""
 
-    def __init__(self) -> None:
-        self.forget()
-
-    def forget(self) -> None:
-        """Nothing is worn: the next answer starts afresh."""
-        self.smooth, self.rate, self.offset, self.velocity = np.zeros((4, len(PART_OF_ROW), 3))
-        self.worn = np.zeros(len(PART_OF_ROW), dtype=bool)
+    def __init__(self, crowd: tuple[int, ...]) -> None:
+        self.smooth, self.rate, self.offset, self.velocity = np.zeros((4, *crowd, len(PART_OF_ROW), 3))
+        self.worn = np.zeros((*crowd, len(PART_OF_ROW)), dtype=bool)
 
     def step(self, asked: np.ndarray, switched: np.ndarray, worn: np.ndarray) -> np.ndarray:
-        """The rows to put on. switched, worn: (22,) of bool."""
+        """The rows to put on. switched, worn: (..., 22) of bool; what is worn after a pause starts afresh."""
         fresh = worn & ~self.worn  # a part that begins now has no past to be smooth with
         if fresh.any():
             self.smooth[fresh], self.rate[fresh], self.offset[fresh], self.velocity[fresh] = asked[fresh], 0.0, 0.0, 0.0

@@ -9,12 +9,13 @@ import torch
 from torch import Tensor, nn
 
 from sim.features import FEATURES, LAYOUT
-from sim.skeleton import PARTS
+from sim.skeleton import JOINT_COUNT, PARTS
 from stylizer.graph import LEVELS
-from stylizer.layers import BPATN, BPAdaIN, PartStyle, Pool, STConv, Unpool, leaky, normalized
+from stylizer.layers import BPATN, BPAdaIN, JointLinear, Parts, PartStyle, Pool, STConv, Unpool, leaky, normalized
 from stylizer.scaling import Scaled
 
 ROOT_SIZE = LAYOUT["root"].stop - LAYOUT["root"].start
+POSTURE = 0  # what is put on directly is kept under this number
 RESIDUAL = 4  # the decoder's residual block above G3 takes its style under this number
 
 
@@ -29,6 +30,8 @@ class Config:
     style_statistics: int = 1  # what BP-AdaIN's scale and bias are made of: 1 the style's mean, 2 its deviation too
     by_part: bool = True  # BP-AdaIN; False: AdaIN over the whole body (Sec. 7.2)
     attention: bool = True  # BP-ATN (Sec. 7.2)
+    own_ends: bool = False  # each joint has weights of its own in the 1x1 convolutions at both ends
+    posture: bool = False  # the style's mean posture is put on directly, joint by joint; the network makes what is missing
     way: int = 0  # hidden units by which the content's way over the floor has a say in BP-AdaIN; 0: none
     relative: bool = False  # what the decoder loses of the content's own movement is measured, to be put back
 
@@ -40,19 +43,24 @@ class Config:
         """BP-AdaIN on graph G_level."""
         return BPAdaIN(LEVELS[level], self.width(level), self.by_part, self.style_statistics)
 
+    def end(self, channels_in: int, channels_out: int) -> nn.Module:
+        """The 1x1 convolution at either end."""
+        return JointLinear(JOINT_COUNT, channels_in, channels_out) if self.own_ends else nn.Linear(channels_in, channels_out)
+
     def width(self, level: int) -> int:
         """Channels at G_level; G_0 is the stem."""
         return self.channels[level - 1] if level else self.stem
 
     @property
     def styled(self) -> tuple[int, ...]:
-        """The numbers of the decoder's blocks that take in a style."""
-        return (*self.style_levels, *([RESIDUAL] if self.residual_taps else []))
+        """The numbers under which the decoder takes in a style."""
+        return (*self.style_levels, *([RESIDUAL] if self.residual_taps else []), *([POSTURE] if self.posture else []))
 
 
 FULL = Config()  # Table 3
 PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, App. A.1: the paper's real-time system
-ADDED = {"style_statistics": 2, "way": 32, "relative": True}  # by measurement, to the paper's networks
+# What measurement added to the paper's networks.
+ADDED = {"style_statistics": 2, "own_ends": True, "posture": True, "way": 32, "relative": True}
 LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
 SLIM = replace(PAPER_SLIM, stem=16, channels=(32, 64, 128), **ADDED)  # what is shipped
 CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "large": LARGE, "slim": SLIM,
@@ -82,7 +90,7 @@ class Encoder(nn.Module):
     def __init__(self, config: Config, normalize: bool) -> None:
         super().__init__()
         self.prepare = _instance_norm if normalize else nn.Identity()
-        self.stem = nn.Linear(FEATURES, config.stem)
+        self.stem = config.end(FEATURES, config.stem)
         self.convs = nn.ModuleList(config.conv(level, config.width(level - 1), config.width(level)) for level in LEVELS)
         self.pools = nn.ModuleList([nn.Identity(), Pool(LEVELS[1], LEVELS[2]), Pool(LEVELS[2], LEVELS[3])])
         self.residual = ResBlock(config, normalize) if config.residual_taps else nn.Identity()
@@ -186,17 +194,44 @@ class Way(nn.Module):
         self.hidden = nn.Linear(2 * ROOT_SIZE, config.way)
         self.sides = nn.ModuleDict({
             str(number): nn.Linear(config.way, len(PARTS) * 2 * config.width(min(number, 3)) * (2 if number == RESIDUAL else 1))
-            for number in config.styled})
+            for number in config.styled if number != POSTURE})
 
     def forward(self, motion: Tensor, style: Style) -> Style:
         """The style (batch of B or 1) as it is worn on the way of normalized motion (21, B, T, 15)."""
         root = motion[0, :, :, LAYOUT["root"]]
         hidden = leaky(self.hidden(torch.cat([root.mean(dim=1), root[:, -1]], dim=1)))
         result = {}
-        for number, part in style.items():
-            scale, bias = self.sides[str(number)](hidden).view(len(hidden), len(PARTS), -1).transpose(0, 1).chunk(2, dim=2)
-            result[number] = part._replace(scale=part.scale + scale, bias=part.bias + bias)
-        return result
+        for number, side in self.sides.items():
+            scale, bias = side(hidden).view(len(hidden), len(PARTS), -1).transpose(0, 1).chunk(2, dim=2)
+            part = style[int(number)]
+            result[int(number)] = part._replace(scale=part.scale + scale, bias=part.bias + bias)
+        return style | result
+
+
+class Posture(nn.Module):
+    """Puts the style clip's mean position and rotation of every joint on the decoder's answer, as much of it as is learned.
+
+    What a style is first of all need not pass through two averaged vertices a part."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.parts = Parts(LEVELS[1])
+        held = torch.zeros(FEATURES)
+        held[LAYOUT["position"].start:LAYOUT["rotation"].stop] = 1.0
+        self.share = nn.Parameter(held.repeat(JOINT_COUNT, 1, 1, 1))
+
+    def style_side(self, motion: Tensor) -> PartStyle:
+        """The mean over time of a style clip (21, B, T, 15), by part, as the bias."""
+        mean = self.parts.split(motion.mean(dim=2, keepdim=True))[:, :, :, 0]  # (5, n, B, 15)
+        bias = mean.transpose(1, 2).flatten(2)
+        none = bias[..., :0]
+        no_tokens = none[:, :, None][:, :, :0]
+        return PartStyle(none, bias, no_tokens, no_tokens)
+
+    def forward(self, x: Tensor, style: PartStyle) -> Tensor:
+        """(21, B, T, 15) -> the same shape"""
+        mean = style.bias.unflatten(2, (-1, FEATURES)).transpose(1, 2)[:, :, :, None]  # (5, n, B, 1, 15)
+        return x + self.share * self.parts.join(mean)
 
 
 class Decoder(nn.Module):
@@ -210,12 +245,14 @@ class Decoder(nn.Module):
         for level in reversed(LEVELS):
             self.blocks[str(level)] = (BPStyleNet if level in config.style_levels else PlainBlock)(config, level)
         self.unpools = nn.ModuleDict({str(level): Unpool(LEVELS[level], LEVELS[level - 1]) for level in (3, 2)})
-        self.head = nn.Linear(config.stem, FEATURES)
+        self.head = config.end(config.stem, FEATURES)
+        self.posture = Posture() if config.posture else None
 
-    def style_side(self, style: list[Tensor]) -> Style:
-        """Style features of G1, G2, G3 -> what each level with a BP-StyleNet needs of them, computed once a style."""
+    def style_side(self, motion: Tensor, style: list[Tensor]) -> Style:
+        """A style clip and its features of G1, G2, G3 -> what the decoder needs of them, computed once a style."""
         sides = {level: self.blocks[str(level)].style_side(style[level - 1]) for level in self.config.style_levels}
-        return sides | ({RESIDUAL: self.residual.style_side(style[-1])} if self.residual else {})
+        sides |= {RESIDUAL: self.residual.style_side(style[-1])} if self.residual else {}
+        return sides | ({POSTURE: self.posture.style_side(motion)} if self.posture else {})
 
     def forward(self, content: Tensor, style: Style, last: int | None = None) -> Tensor:
         """(5, B, T / 4, C3) -> motion (21, B, T, 15), or its `last` samples alone, without computing the others."""
@@ -224,7 +261,8 @@ class Decoder(nn.Module):
             x = self.blocks[str(level)](x, style.get(level), self._needed(level, last))
             x = self.unpools[str(level)](x) if level > 1 else x
         with torch.autocast(x.device.type, enabled=False):  # a few channels that everything hangs on
-            return self.head(leaky(x.float()))
+            x = self.head(leaky(x.float()))
+            return self.posture(x, style[POSTURE]) if self.posture else x
 
     def _needed(self, level: int, last: int | None) -> int | None:
         """How many of a block's last samples are wanted. A block that normalizes or attends over time needs all of them."""
@@ -247,7 +285,7 @@ class MotionPuzzle(Scaled):
 
     def encode_style(self, motion: Tensor) -> Style:
         """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by level."""
-        return self.decoder.style_side(self.style_encoder(motion))
+        return self.decoder.style_side(motion, self.style_encoder(motion))
 
     def forward(self, motion: Tensor, style: Style, own: Style, last: int | None = None) -> tuple[Tensor, Tensor | None]:
         """Eq. 7: normalized motion (21, B, T, 15) in another style, and where the configuration says `relative` in its own

@@ -21,7 +21,7 @@ from sim.skeleton import PART_NAMES
 from sim.worn import Worn, names
 from stylizer.bank import SHORTEST, Bank, encode
 from stylizer.bank import WINDOW as STYLE_WINDOW
-from stylizer.blend import Style, interpolated, side_by_side, with_equal_tokens
+from stylizer.blend import Style, for_batch, interpolated, side_by_side, with_equal_tokens
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.overlap import overlapped
 from stylizer.scaling import Scaled
@@ -129,7 +129,7 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style, own
     own: the features' own style, with as many tokens as the other."""
     def ask(windows: np.ndarray) -> np.ndarray:
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
-        found = model(motion, *(_for_batch(look, len(windows)) for look in (style, own)))
+        found = model(motion, *(for_batch(look, len(windows)) for look in (style, own)))
         return np.stack([model.restore(answers).double().numpy() for answers in found if answers is not None])
 
     styled, *rebuilt = overlapped(features, WINDOW, ask)
@@ -143,7 +143,3 @@ def as_pose(clip: Clip) -> Pose:
     """All frames of a clip as one pose with a leading axis, its contacts told from its feet."""
     root = root_frame(clip.positions(), clip.fps)
     return Pose(root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip), np.zeros(len(clip)))
-
-
-def _for_batch(style: Style, size: int) -> Style:
-    return {level: type(part)(*(t.expand(-1, size, *t.shape[2:]) for t in part)) for level, part in style.items()}

@@ -14,7 +14,7 @@ CROPPING = 0.2  # share of the source windows that are played slower or faster (
 PACES = (0.6, 1.6)  # between which they are
 ELSEWHERE = 0.5  # share of the sources whose own style is read from another place of their clip
 SAME_WAY = 0.15  # m/s and rad/s, added up: clips whose mean ways differ by no more are takes of one action
-LIKE_SPEEDS = 0.6  # share of the targets that move about as fast as their source
+LIKE_SPEEDS = 0.2  # share of the targets that move about as fast as their source; the others teach by their exemplars
 
 # Mirroring in features: the x of every vector flips, and so does the turn rate.
 MIRROR_SIGNS = np.where(np.isin(np.arange(FEATURES), (0, 3, 6, 9, 12, 14)), -1.0, 1.0).astype(np.float32)

@@ -3,6 +3,8 @@
 They are rows (..., 22, 3): a rotation vector a joint, then the hips' shift in metres, in the character's own frame. Rows may
 be scaled, smoothed and added; zero rows change nothing, so unstyled parts pass through untouched."""
 
+from typing import Callable
+
 import numpy as np
 
 from sim import rotations as rot
@@ -68,9 +70,9 @@ def feet_off(styled: Pose, content: Pose) -> np.ndarray:
 
 
 def feet_raised(styled: Pose, height: np.ndarray) -> Pose:
-    """Both feet moved up by a height (...) in metres, the hips staying where they are."""
+    """Both feet moved up by a height (...) in metres, the hips staying where they are; nothing where it is 0."""
     targets = styled.positions[..., LEGS[-1], :] + np.multiply.outer(height, UP)[..., None, :]
-    return reach(styled, LEGS, targets, KNEES_FORWARD, LIMB_REACH)
+    return _only(height != 0, styled, lambda: reach(styled, LEGS, targets, KNEES_FORWARD, LIMB_REACH))
 
 
 def hands_kept(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
@@ -82,6 +84,15 @@ def hands_kept(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
         return styled
     moved = styled.positions[..., SHOULDERS, :] - content.positions[..., SHOULDERS, :]
     carried = (moved - (styled.hips - content.hips)[..., None, :]) * own[..., None]
-    if np.abs(carried).max() < 1e-9:
-        return styled
-    return reach(styled, ARMS, styled.positions[..., ARMS[-1], :] - carried, ELBOWS_BACK, LIMB_REACH)
+    targets = styled.positions[..., ARMS[-1], :] - carried
+    return _only(np.abs(carried).max(axis=(-2, -1)) >= 1e-9, styled,
+                 lambda: reach(styled, ARMS, targets, ELBOWS_BACK, LIMB_REACH))
+
+
+def _only(which: np.ndarray, pose: Pose, changed: Callable[[], Pose]) -> Pose:
+    """Of a crowd only these (...) changed, the others to the last bit as they are."""
+    if not which.any():
+        return pose
+    after = changed()
+    return after if which.all() else pose.with_body(
+        pose.hips, np.where(which[..., None, None], after.rotations, pose.rotations))

@@ -1,7 +1,7 @@
 """The live stylizer of a whole-body system: asked once for each style that parts wear, over more than the ring buffer's past."""
 
 from collections import deque
-from typing import Mapping
+from typing import Mapping, Sequence
 
 import numpy as np
 import torch
@@ -11,7 +11,7 @@ from sim.features import STRIDE
 from sim.pose import Pose
 from sim.worn import Worn
 from stylizer.live import LiveStylizer
-from stylizer.turns import asked
+from stylizer.wearer import Wearer
 from stylizer.whole_body import answers, joints_by_code, together
 
 
@@ -20,16 +20,20 @@ class WholeBodyStylizer(LiveStylizer):
 
     What is done with it - turns, strengths, smoothing, switches - is the same as for Motion Puzzle."""
 
+    def _prepare(self) -> None:
+        """Codes are all that these systems need, and the bank has them."""
+
     def restart(self) -> None:
         super().restart()
         span = (self.bank.model.config.window - 1) * STRIDE + 1
-        self._past: deque[np.ndarray] = deque(maxlen=span)  # features (21, 15) of the last frames, the newest last
+        self._past: deque[np.ndarray] = deque(maxlen=span)  # features (..., 21, 15) of the last frames, the newest last
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
+        samples = np.moveaxis(window, -3, 0)
         if not self._past:  # what the ring buffer has, and before that its oldest pose
-            self._past.extend(window[:1].repeat(self._past.maxlen, axis=0))
-            self._past.extend(window[:-1].repeat(STRIDE, axis=0))
-        self._past.append(window[-1])
+            self._past.extend(samples[:1].repeat(self._past.maxlen, axis=0))
+            self._past.extend(samples[:-1].repeat(STRIDE, axis=0))
+        self._past.append(samples[-1])
         return super().step(window, neutral, style)
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
@@ -42,17 +46,16 @@ class WholeBodyStylizer(LiveStylizer):
         self.bank.reroll()
         self.glide()
 
-    def _ask(self, window: np.ndarray) -> np.ndarray:
-        looks = [(part.name, part.other, part.share) if part.strength else None for part in self.parts]
-        joints = joints_by_code(looks)
-        if joints:
-            past = np.stack(list(self._past)[::STRIDE])
-            codes = torch.stack([self._code(*look) for look in joints])
-            last = answers(self.bank.model, past[None], codes, last=2)[:, -1]
-            self.answer = together(window[-1], dict(zip(joints, last)), joints)
-        else:
-            self.answer = window[-1]
-        return asked(self.answer, window[-1])
+    def _restyled(self, windows: np.ndarray, asking: list[int]) -> np.ndarray:
+        past = np.stack([sample.reshape(-1, *sample.shape[-2:])[asking] for sample in list(self._past)[::STRIDE]], axis=1)
+        return np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, asking)])
+
+    def _last(self, past: np.ndarray, wearer: Wearer) -> np.ndarray:
+        """The last sample (21, 15) of a character's past (T, 21, 15), each part as the answer in its own style says."""
+        joints = joints_by_code([(part.name, part.other, part.share) if part.strength else None for part in wearer.parts])
+        codes = torch.stack([self._code(*look) for look in joints])
+        last = answers(self.bank.model, past[None], codes, last=2)[:, -1]
+        return together(past[-1], dict(zip(joints, last)), joints)
 
     def _code(self, name: str, other: str, share: float) -> Tensor:
         return self.bank[name] if not share else torch.lerp(self.bank[name], self.bank[other], share)

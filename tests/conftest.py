@@ -5,6 +5,7 @@ import pytest
 
 from sim import rotations as rot
 from sim.clip import FPS
+from sim.command import Commands
 from sim.pose import Pose
 from sim.session import Session
 from sim.skeleton import JOINT_COUNT, PARTS, REST_HIPS_HEIGHT
@@ -29,6 +30,9 @@ class FakeController:
         rotations = np.tile(rot.from_yaw(self.facing), (JOINT_COUNT, 1))
         return Pose(self.position, self.facing, hips, rotations, np.zeros(4), self.frame % FPS * 2 * np.pi / FPS)
 
+    def crowd(self, count) -> "FakeCrowd":
+        return FakeCrowd([FakeController() for _ in range(count)])
+
 
 class FakeStylizer:
     """Turns every joint of a restyled part by half its strength in radians."""
@@ -44,6 +48,24 @@ class FakeStylizer:
 
     def restart(self) -> None:
         pass
+
+    def crowd(self, count) -> "FakeCrowd":
+        return FakeCrowd([FakeStylizer() for _ in range(count)])
+
+
+class FakeCrowd:
+    """Controllers or stylizers side by side, each stepped alone."""
+
+    def __init__(self, each) -> None:
+        self.each = each
+
+    def restart(self) -> None:
+        for one in self.each:
+            one.restart()
+
+    def step(self, *asked) -> Pose:
+        asked = [values.each if isinstance(values, Commands) else values for values in asked]
+        return Pose.stacked([one.step(*(values[i] for values in asked)) for i, one in enumerate(self.each)])
 
 
 def fake_session(stylizer=None, latency=None) -> Session:

@@ -13,7 +13,8 @@ one, the machine's matrix products and memory, and again; so what else runs on t
 hold. Two seconds of frames, and two windows of each network, are left out as warm-up. Times are medians and percentiles
 of all that was measured; nothing is thrown away. The load and how often the system took the processor away stand
 beside them: take times, not ratios, from a machine with a load under 1.5. The paper's networks have untrained weights,
-which cost the same. The shipped network is asked in every second frame: its time is the mean of every two frames."""
+which cost the same. The shipped network is asked in every second frame: its time is the mean of every two frames.
+A crowd is one session of many characters, each of them somewhere else in the recording; its frame is everybody's."""
 COMPARED = {"full": "full network", "paper_slim": "paper's slim", "shipped": "shipped"}
 
 
@@ -23,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quality", type=Path, metavar="EVAL.json",
                         help="what `patchwalk evaluate stylizer --json` wrote: drawn against its times beside the rest")
     parser.add_argument("--characters", type=_positive(int), default=1, metavar="N",
-                        help="characters stepped in every frame (default: 1); crowds of 1, 4, 16 and 64 are always timed")
+                        help="characters stepped together in a frame (default: 1); crowds of 1, 4, 16 and 64 are always timed")
     parser.add_argument("--seconds", type=_positive(float), default=10.0, metavar="S",
                         help="seconds of motion (default: 10)")
 

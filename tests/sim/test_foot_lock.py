@@ -1,7 +1,5 @@
 """The foot lock on feet that slide, float, sink and lift."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 
@@ -98,7 +96,7 @@ def test_a_crowd_is_locked_and_remembered_each_as_it_would_be_alone():
     alone = [run(poses) for poses in (slides, drifts, walks)]
     windows = [RingBuffer() for _ in alone]
     for t, each in enumerate(zip(slides, drifts, walks)):
-        crowd = Pose(*(np.array([getattr(pose, field.name) for pose in each]) for field in fields(Pose)))
+        crowd = Pose.stacked(each)
         history.push(crowd)
         locked = lock.step(crowd, crowd)
         for one, window in enumerate(windows):

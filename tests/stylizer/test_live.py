@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import torch
 
 from sim import rotations as rot
 from sim.clip import root_frame
@@ -11,6 +12,7 @@ from sim.ring_buffer import RingBuffer
 from sim.skeleton import PARTS
 from stylizer.live import LiveStylizer
 from stylizer.turns import continued
+from stylizer.wearer import Wearer
 from tests.sim.walker import walking_clip
 
 
@@ -22,9 +24,10 @@ def walk():
     return [Pose(*frame, np.zeros(4), 0.0) for frame in frames]
 
 
-def stream(bank, walk, style):
-    """Styled poses; style is a mapping, or a function of the frame."""
+def stream(bank, walk, style, late=False):
+    """Styled poses; style is a mapping, or a function of the frame. late: asked for as an odd one of a crowd is."""
     stylizer, history, styled = LiveStylizer(bank), RingBuffer(), []
+    stylizer.wearers = [Wearer(late)]
     for frame, pose in enumerate(walk):
         history.push(pose)
         styled.append(stylizer.step(history.window(), pose, style(frame) if callable(style) else style))
@@ -74,7 +77,7 @@ def test_hands_of_unstyled_arms_stay_beside_the_hips_when_the_spine_leans(bank, 
             bend = rot.from_axis_angle(np.array([1.0, 0, 0]), np.array(-1.4))
             rotations[list(joints[2:])] = rot.multiply(bend, rotations[joints[2]])
         hanging.append(pose.with_body(pose.hips, rotations))
-    for styled, neutral in zip(stream(bank, hanging, {"spine": ("other", 1.0)}), hanging):
+    for styled, neutral in zip(stream(bank, hanging, {"spine": ("other", 0.3)}), hanging):
         moved = np.linalg.norm((styled.positions - styled.hips) - (neutral.positions - neutral.hips), axis=-1)
         assert moved[[16, 20]].max() < 1e-3
     assert moved[[13, 17]].min() > 0.03
@@ -128,7 +131,7 @@ def test_a_share_that_changes_glides(bank, walk):
 
 def test_the_network_is_asked_every_second_frame_and_at_once_for_another_style(bank, walk, monkeypatch):
     asked, ask = [], LiveStylizer._ask
-    monkeypatch.setattr(LiveStylizer, "_ask", lambda self, window: asked.append(frame[0]) or ask(self, window))
+    monkeypatch.setattr(LiveStylizer, "_ask", lambda self, *asking: asked.append(frame[0]) or ask(self, *asking))
     frame = [0]
 
     def worn(index):
@@ -156,3 +159,51 @@ def test_a_turn_of_half_a_circle_keeps_its_direction():
     before[16], rows[16] = (0, 0.3, 0), (0, -0.4, 0)
     after = continued(rows, before)
     assert np.allclose(after[15], (0, 2 * np.pi - 3.13, 0)) and np.array_equal(after[[16, 0, 21]], rows[[16, 0, 21]])
+
+
+def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
+    """Even ones as a lone character does; odd ones as one whose network is asked in the other frames."""
+    wears = [lambda frame: {"spine": ("other", 1.0)}, lambda frame: {"left_arm": ("other" if frame < 30 else "neutral", 0.8)},
+             lambda frame: {}, lambda frame: {"left_leg": ("other", 1.0), "right_leg": ("other", 1.0)} if frame > 10 else {},
+             lambda frame: {"left_arm": ("neutral", 1.0, "other", 0.5)} if 5 < frame < 25 else {}]
+    stylizer, history, together = LiveStylizer(bank).crowd(len(wears)), RingBuffer(), []
+    for frame, pose in enumerate(walk[:60]):
+        poses = Pose.stacked([pose] * len(wears))
+        history.push(poses)
+        together.append(stylizer.step(history.window(), poses, [worn(frame) for worn in wears]))
+    for one, worn in enumerate(wears):
+        for poses, pose in zip(together, stream(bank, walk[:60], worn, late=one % 2 == 1), strict=True):
+            np.testing.assert_allclose(poses.positions[one], pose.positions, atol=1e-4)
+
+
+def test_half_of_a_crowd_is_asked_for_in_every_frame(bank, walk, monkeypatch):
+    asked, ask = [], LiveStylizer._ask
+    monkeypatch.setattr(LiveStylizer, "_ask", lambda self, windows, asking: asked.append(asking) or ask(self, windows, asking))
+    stylizer, history = LiveStylizer(bank).crowd(4), RingBuffer()
+    for frame, pose in enumerate(walk[:9]):
+        poses = Pose.stacked([pose] * 4)
+        history.push(poses)
+        stylizer.step(history.window(), poses, [{"spine": ("other" if frame < 5 else "neutral", 1.0)}] * 4)
+    everyone, even, odd = [0, 1, 2, 3], [0, 2], [1, 3]
+    assert asked == [everyone, odd, even, odd, even, everyone, odd, even, odd]
+
+
+def test_another_bank_that_takes_over_wears_its_own_styles_under_the_same_names(bank, walk):
+    class Other:
+        """The same styles, two of them under each other's name."""
+        model, names, refresh = bank.model, bank.names, lambda self: None
+
+        def __getitem__(self, name):
+            return bank[{"other": "neutral", "neutral": "other"}[name]]
+
+    stylizer, history = LiveStylizer(bank), RingBuffer()
+    for frame, pose in enumerate(walk[:12]):
+        if frame == 8:
+            before, stylizer = stylizer, LiveStylizer(Other())
+            stylizer.take_over(before)
+        history.push(pose)
+        stylizer.step(history.window(), pose, {"spine": ("other", 1.0)})
+    for level, part in stylizer.wearers[0].look(stylizer.bank).items():
+        spine = list(PARTS).index("spine")
+        assert torch.equal(part.bias[spine], bank["neutral"][level].bias[spine])
+        assert not torch.equal(part.bias[spine], bank["other"][level].bias[spine])

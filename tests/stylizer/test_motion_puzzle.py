@@ -48,11 +48,12 @@ def test_the_full_network_is_table_3():
     assert model.parameter_count() == 2 * encoder + residual + style_nets + (64 * 15 + 15)
     assert 36e6 < model.parameter_count() < 40e6
     with torch.inference_mode():
-        features = model.style_encoder(model.normalize(motion(1, 1, 32)))
+        style = model.normalize(motion(1, 1, 32))
+        features = model.style_encoder(style)
         assert [tuple(f.shape) for f in features] == [(21, 1, 32, 128), (10, 1, 16, 256), (5, 1, 8, 512)]
         content = model.content_encoder(model.normalize(motion(0, 1)))
         assert content.shape == (5, 1, 4, 512)
-        assert model.decoder(content, model.decoder.style_side(features)).shape == (21, 1, 16, 15)
+        assert model.decoder(content, model.decoder.style_side(style, features)).shape == (21, 1, 16, 15)
 
 
 def test_the_papers_slim_network_has_no_residual_blocks_and_two_style_nets():
@@ -145,7 +146,8 @@ def test_the_imitated_motion_takes_turns_from_the_match_and_the_way_from_the_con
 @pytest.mark.parametrize("recipe, learned", [(OURS, ("posture", "imitation")), (PAPER, ("reconstruction", "cycle"))])
 def test_one_batch_is_learned(recipe, learned):
     torch.manual_seed(0)
-    model = MotionPuzzle(replace(SLIM, stem=16, channels=(16, 16, 32), relative=recipe is OURS, way=8 if recipe is OURS else 0))
+    ours = recipe is OURS
+    model = MotionPuzzle(replace(SLIM, stem=16, channels=(16, 16, 32), relative=ours, way=8 * ours, posture=False))
     shift = torch.randn(21, 2, 1, 15)
 
     def wave(end, samples, of=torch.sin):

@@ -246,6 +246,15 @@ def test_styles_of_chance_are_drawn_anew(bank):
     assert torch.equal(before, bank["drawn-old-1"])
 
 
+def test_only_labels_that_a_system_learned_are_asked_of_it_by_chance(bank):
+    from types import SimpleNamespace
+
+    from stylizer.compare import Drawn
+    known, unknown = (SimpleNamespace(style=style) for style in ("old 1", "azuma wd2"))
+    assert Drawn(bank.model).targets([unknown, known]) == [known]
+    assert Drawn(bank.model).targets([unknown]) == [unknown]
+
+
 def test_a_user_style_added_for_one_stylizer_is_there_for_motion_puzzle(bank):
     from stylizer.bank import checked, kept_windows
     header, tensors = checked(bank.user / "limp.safetensors")
@@ -262,6 +271,21 @@ def test_live_restyles_only_what_is_worn_and_repeats(bank, poses):
         assert np.array_equal(first.rotations[others], neutral.rotations[others])
     assert turn(styled[0][-1], poses[-1])[13:17].max() > 0.02
     assert all(a is b for a, b in zip(live_stream(WholeBodyStylizer, bank, poses[:5], {}), poses))
+
+
+def test_each_of_a_crowd_moves_as_it_would_alone(bank, poses):
+    from sim.pose import Pose
+    from sim.ring_buffer import RingBuffer
+    from stylizer.whole_body_live import WholeBodyStylizer
+    poses, wears = poses[:12], ({"left_arm": ("limp", 1.0)}, {}, {"spine": ("neutral", 1.0, "limp", 0.5)})
+    crowd, history, together = WholeBodyStylizer(bank).crowd(len(wears)), RingBuffer(), []
+    for pose in poses:
+        everyone = Pose.stacked([pose] * len(wears))
+        history.push(everyone)
+        together.append(crowd.step(history.window(), everyone, wears))
+    for one, worn in enumerate(wears):
+        for styled, alone in zip(together, live_stream(WholeBodyStylizer, bank, poses, worn), strict=True):
+            assert np.allclose(styled.rotations[one], alone.rotations, atol=1e-9)
 
 
 def live_stream(kind, bank, poses, style):

@@ -1,0 +1,222 @@
+"""The slim network as it runs live: only the last sample, in numpy, equal to stylizer.motion_puzzle up to rounding.
+
+A window is so little work that calling the library costs more than computing: this does the same in half as many and far cheaper
+calls. Feature maps are (batch, vertex, time, channel) here, so that moments and tokens of a part lie together."""
+
+from typing import Callable
+
+import numpy as np
+import torch
+
+from sim.features import FEATURES, LAYOUT
+from sim.skeleton import PARTS
+from stylizer.blend import Style
+from stylizer.layers import EPSILON, JointLinear, PartStyle, Pool, STConv
+from stylizer.motion_puzzle import POSTURE, BPStyleNet, Config, MotionPuzzle, Posture
+
+Answer = tuple[np.ndarray, np.ndarray | None]  # features (batch, 21, 15) in a style, and in their own where that is asked
+
+
+def live_form(model: MotionPuzzle) -> Callable[[np.ndarray, Style, Style], Answer]:
+    """What answers windows of features (batch, samples, 21, 15), a style and their own with the last sample, restyled: what
+    MotionPuzzle gives for `last=1`. A network of another shape than the shipped one answers for itself."""
+    if LastSample.fits(model.config):
+        return LastSample(model)
+
+    def answer(windows: np.ndarray, style: Style, own: Style) -> Answer:
+        motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
+        return tuple(said if said is None else model.restore(said)[:, 0].double().numpy()
+                     for said in model(motion, style, own, last=1))
+    return answer
+
+
+class LastSample:
+    """A network of the shape that is shipped, made for speed."""
+
+    def __init__(self, model: MotionPuzzle) -> None:
+        """model: one that `fits`."""
+        encoder, decoder = model.content_encoder, model.decoder
+        self.relative = model.config.relative
+        self.mean, self.deviation = (values.numpy()[:, 0, 0] for values in (model.mean, model.deviation))
+        self.stem, self.head = _end(encoder.stem), _end(decoder.head)
+        self.convs = [_Conv(conv) for conv in encoder.convs]
+        self.pools = [_Pool(pool) for pool in encoder.pools[1:]]
+        self.nets = [_StyleNet(decoder.blocks[level]) for level in ("3", "2")]
+        self.sources = [unpool.source.numpy() for unpool in (decoder.unpools["3"], decoder.unpools["2"])]
+        self.last = _LastConv(decoder.blocks["1"].conv)
+        self.needed = (1 + decoder.blocks["1"].reach + 1) // 2  # last samples of level 2 that the last of level 1 can see
+        self.way = _Way(model) if model.way else None
+        self.posture = _Posture(decoder.posture) if decoder.posture else None
+
+    @staticmethod
+    def fits(config: Config) -> bool:
+        return not config.residual_taps and config.style_levels == (3, 2) and config.by_part and config.attention
+
+    def __call__(self, windows: np.ndarray, style: Style, own: Style) -> Answer:
+        motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
+        looks = [{level: PartStyle(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in look.items()}
+                 for look in ((style, own) if self.relative else (style,))]
+        said = self.way(motion) if self.way else {3: (0.0, 0.0), 2: (0.0, 0.0)}
+        x = self._encoded(motion)[None].repeat(len(looks), axis=0)
+        for level, net, source in zip((3, 2), self.nets, self.sources):
+            x = net(x, [look[level] for look in looks], said[level], self.needed if level == 2 else None)
+            x = x[:, source].repeat(2, axis=2).reshape(len(looks), len(windows), len(source), -1, x.shape[-1])
+        x = self.head(_leaky(self.last(_leaky(x.reshape(-1, *x.shape[2:])))[:, :, None]))
+        answers = x.reshape(len(looks), len(windows), *self.mean.shape)
+        if self.posture:
+            answers += np.array([self.posture(look[POSTURE]) for look in looks])
+        answers = (answers * self.deviation + self.mean).astype(float)
+        return answers[0], answers[1] if self.relative else None
+
+    def _encoded(self, motion: np.ndarray) -> np.ndarray:
+        """The content feature (batch, 5, T / 4, C3) of normalized motion (batch, 21, T, 15)."""
+        x = self.stem(motion)
+        for pool, conv in zip((None, *self.pools), self.convs):
+            x = pool(x) if pool else x
+            batch, vertices, time, channels = x.shape
+            centred, deviation = _centred(x.reshape(batch, vertices * time, channels))
+            x = _leaky(conv((centred / deviation).reshape(x.shape)))
+        return x
+
+
+class _Linear:
+    def __init__(self, layer: torch.nn.Linear) -> None:
+        self.weight, self.bias = layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy()
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        return (x.reshape(-1, x.shape[-1]) @ self.weight + self.bias).reshape(*x.shape[:-1], -1)
+
+
+class _JointLinear:
+    """stylizer.layers.JointLinear."""
+
+    def __init__(self, layer: JointLinear) -> None:
+        self.weight, self.bias = layer.weight.detach().numpy(), layer.bias.detach().numpy()
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        return x @ self.weight + self.bias
+
+
+def _end(layer: torch.nn.Module) -> Callable[[np.ndarray], np.ndarray]:
+    """The 1x1 convolution at either end of the network."""
+    return _JointLinear(layer) if isinstance(layer, JointLinear) else _Linear(layer)
+
+
+class _Posture:
+    """stylizer.motion_puzzle.Posture."""
+
+    def __init__(self, posture: Posture) -> None:
+        self.share, self.joints = posture.share.detach().numpy()[:, 0, 0], posture.parts.back.numpy()
+
+    def __call__(self, look: PartStyle) -> np.ndarray:
+        """What is put on, normalized: (batch or 1, 21, 15)."""
+        return self.share * look.bias.reshape(len(look.bias), -1, FEATURES)[:, self.joints]
+
+
+class _Pool:
+    """stylizer.layers.Pool."""
+
+    def __init__(self, pool: Pool) -> None:
+        self.matrix = 0.5 * pool.matrix.numpy()
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        batch, vertices, time, channels = x.shape
+        x = (self.matrix @ x.reshape(batch, vertices, -1)).reshape(batch, -1, time // 2, 2, channels)
+        return x[:, :, :, 0] + x[:, :, :, 1]
+
+
+class _Conv:
+    """stylizer.layers.STConv."""
+
+    def __init__(self, conv: STConv) -> None:
+        self.hops, self.taps, self.mixing = conv.hops, conv.taps, conv.matrix.numpy()
+        self.weight, self.bias = conv.weight.detach().contiguous(), conv.bias.detach().numpy()
+
+    def mixed(self, x: np.ndarray) -> np.ndarray:
+        """(batch, V, T, C) -> what each vertex sees of its neighbours, (batch, V, T, hops C)."""
+        batch, vertices, time, channels = x.shape
+        x = (self.mixing @ x.reshape(batch, vertices, -1)).reshape(batch, vertices, self.hops, time, channels)
+        return x.swapaxes(2, 3).reshape(batch, vertices, time, -1)
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """(batch, V, T, channels in) -> (batch, V, T, channels out)"""
+        time, middle = x.shape[2], self.taps // 2
+        given = _product(self.mixed(x), self.weight)  # what every sample gives to each of its neighbours in time
+        given = given.reshape(*x.shape[:3], self.taps, -1)
+        result = given[:, :, :, middle] + self.bias
+        for away in range(1, min(middle + 1, time)):
+            result[:, :, :-away] += given[:, :, away:, middle + away]
+            result[:, :, away:] += given[:, :, :-away, middle - away]
+        return result
+
+
+class _LastConv(_Conv):
+    """Of a convolution its last sample alone, whose later taps see nothing."""
+
+    def __init__(self, conv: STConv) -> None:
+        super().__init__(conv)
+        self.seen = self.taps // 2 + 1
+        by_tap = self.weight.view(len(self.weight), self.taps, -1)[:, :self.seen].transpose(0, 1)
+        self.weight = by_tap.reshape(-1, by_tap.shape[-1]).contiguous()
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """(batch, V, T, channels in) -> (batch, V, channels out)"""
+        seen = self.mixed(x[:, :, -self.seen:])
+        return _product(seen.reshape(*seen.shape[:2], -1), self.weight) + self.bias
+
+
+class _StyleNet:
+    """stylizer.motion_puzzle.BPStyleNet, of several looks (looks, batch, V, T, C) at once."""
+
+    def __init__(self, net: BPStyleNet) -> None:
+        self.conv1, self.conv2, self.query = _Conv(net.conv1), _Conv(net.conv2), _Linear(net.attention.query)
+        self.reach = net.reach
+
+    def __call__(self, x: np.ndarray, looks: list[PartStyle], said: tuple[np.ndarray, np.ndarray],
+                 last: int | None) -> np.ndarray:
+        """said: what the way over the floor adds to scale and bias. -> (looks batch, V, T, C), the `last` samples alone where
+        they are given."""
+        shape = x.shape
+        by_part = (*shape[:2], len(PARTS), -1, shape[-1])
+        scale, bias = (np.array([getattr(look, key) for look in looks]) + more for key, more in zip(("scale", "bias"), said))
+        centred, deviation = _centred(x.reshape(by_part))
+        x = _leaky(centred * (scale[..., None, :] / deviation) + bias[..., None, :])
+        x = self.conv1(x.reshape(-1, *shape[2:])).reshape(by_part)
+        centred, deviation = _centred(x)
+        for tokens, query, look in zip(x, self.query(centred / deviation), looks):
+            score = query @ look.keys.swapaxes(-1, -2)
+            weight = np.exp(score - score.max(axis=-1, keepdims=True))
+            tokens += weight @ look.values / weight.sum(axis=-1, keepdims=True)
+        x = x.reshape(-1, *shape[2:])
+        return self.conv2(x) if last is None else self.conv2(x[:, :, -(last + self.reach):])[:, :, -last:]
+
+
+class _Way:
+    """stylizer.motion_puzzle.Way."""
+
+    def __init__(self, model: MotionPuzzle) -> None:
+        self.hidden = _Linear(model.way.hidden)
+        self.sides = {int(number): _Linear(side) for number, side in model.way.sides.items()}
+
+    def __call__(self, motion: np.ndarray) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        """Normalized motion (batch, 21, T, 15) -> by level what is added to scale and bias (batch, 5, C)."""
+        root = motion[:, 0, :, LAYOUT["root"]]
+        hidden = _leaky(self.hidden(np.concatenate([root.sum(axis=1) / root.shape[1], root[:, -1]], axis=-1)))
+        sides = {level: side(hidden).reshape(len(hidden), len(PARTS), 2, -1) for level, side in self.sides.items()}
+        return {level: (side[:, :, 0], side[:, :, 1]) for level, side in sides.items()}
+
+
+def _product(x: np.ndarray, weight: torch.Tensor) -> np.ndarray:
+    """(..., n) @ (n, m), by the library whose products of this size are quickest."""
+    rows = torch.from_numpy(x.reshape(-1, x.shape[-1]))
+    return torch.mm(rows, weight).numpy().reshape(*x.shape[:-1], -1)
+
+
+def _centred(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(..., n, C) without its mean over n, and the deviation (..., 1, C) about it."""
+    centred = x - x.sum(axis=-2, keepdims=True) / x.shape[-2]
+    return centred, np.sqrt((centred * centred).sum(axis=-2, keepdims=True) / x.shape[-2] + np.float32(EPSILON))
+
+
+def _leaky(x: np.ndarray) -> np.ndarray:
+    return np.maximum(x, np.float32(0.2) * x)
