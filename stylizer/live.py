@@ -5,6 +5,7 @@ to the styled one; that turn is smoothed, scaled by the part's strength and put 
 neutral motion passes through untouched, strength 0 is the neutral pose exactly, and the network's own noise is damped.
 """
 
+from functools import cache
 from itertools import groupby
 from pathlib import Path
 from typing import Iterable, Mapping, Sequence
@@ -56,7 +57,8 @@ class LiveStylizer:
         self.bank = bank
         self._leading = crowd
         self._network = live_form(bank.model)
-        self._own = side_by_side([bank[OWN]] * len(PART_NAMES))
+        own = side_by_side([bank[OWN]] * len(PART_NAMES))
+        self._own = cache(lambda count: for_batch(own, count))  # what so many characters wear of their own
         self._kept: dict[tuple, tuple[list[Style], Style]] = {}  # by who asked: each one's style, and those side by side
         self.restart()
 
@@ -150,7 +152,7 @@ class LiveStylizer:
         """The network's answer for the last sample of windows (n, 16, 21, 15), as rows (n, 22, 3) in the characters' own
         frame."""
         with torch.inference_mode():
-            answer, rebuilt = self._network(windows, self._styles(asking), for_batch(self._own, len(asking)))
+            answer, rebuilt = self._network(windows, self._styles(asking), self._own(len(asking)))
         if rebuilt is not None:  # what the decoder loses of the neutral movement goes on top, but not what is lost steadily
             lost = windows[:, -1] - rebuilt
             before = np.where(self._known[asking, None, None], self._lost[asking], lost)
