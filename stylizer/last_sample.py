@@ -14,6 +14,7 @@ from stylizer.blend import Style
 from stylizer.layers import EPSILON, JointLinear, PartStyle, Pool, STConv
 from stylizer.motion_puzzle import POSTURE, BPStyleNet, Config, MotionPuzzle, Posture
 
+KEPT = 16  # styles whose numbers are kept at hand
 Answer = tuple[np.ndarray, np.ndarray | None]  # features (batch, 21, 15) in a style, and in their own where that is asked
 
 
@@ -47,6 +48,7 @@ class LastSample:
         self.needed = (1 + decoder.blocks["1"].reach + 1) // 2  # last samples of level 2 that the last of level 1 can see
         self.way = _Way(model) if model.way else None
         self.posture = _Posture(decoder.posture) if decoder.posture else None
+        self._views: dict[int, tuple[Style, dict[int, PartStyle]]] = {}
 
     @staticmethod
     def fits(config: Config) -> bool:
@@ -54,8 +56,7 @@ class LastSample:
 
     def __call__(self, windows: np.ndarray, style: Style, own: Style) -> Answer:
         motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
-        looks = [{level: PartStyle(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in look.items()}
-                 for look in ((style, own) if self.relative else (style,))]
+        looks = [self._seen(look) for look in ((style, own) if self.relative else (style,))]
         said = self.way(motion) if self.way else {3: (0.0, 0.0), 2: (0.0, 0.0)}
         x = self._encoded(motion)[None].repeat(len(looks), axis=0)
         for level, net, source in zip((3, 2), self.nets, self.sources):
@@ -67,6 +68,14 @@ class LastSample:
             answers += np.array([self.posture(look[POSTURE]) for look in looks])
         answers = (answers * self.deviation + self.mean).astype(float)
         return answers[0], answers[1] if self.relative else None
+
+    def _seen(self, style: Style) -> dict[int, PartStyle]:
+        """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
+        known = self._views.get(id(style))
+        if known is None or known[0] is not style:
+            known = style, {level: PartStyle(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()}
+            self._views = dict([*self._views.items()][-KEPT:]) | {id(style): known}
+        return known[1]
 
     def _encoded(self, motion: np.ndarray) -> np.ndarray:
         """The content feature (batch, 5, T / 4, C3) of normalized motion (batch, 21, T, 15)."""
@@ -183,12 +192,14 @@ class _StyleNet:
         x = _leaky(centred * (scale[..., None, :] / deviation) + bias[..., None, :])
         x = self.conv1(x.reshape(-1, *shape[2:])).reshape(by_part)
         centred, deviation = _centred(x)
-        for tokens, query, look in zip(x, self.query(centred / deviation), looks):
+        seen = shape[-2] if last is None else last + self.reach  # samples that the answer depends on from here
+        x, asking = (a.reshape(shape)[..., -seen:, :].reshape(*by_part[:3], -1, shape[-1]) for a in (x, centred / deviation))
+        for tokens, query, look in zip(x, self.query(asking), looks):
             score = query @ look.keys.swapaxes(-1, -2)
             weight = np.exp(score - score.max(axis=-1, keepdims=True))
             tokens += weight @ look.values / weight.sum(axis=-1, keepdims=True)
-        x = x.reshape(-1, *shape[2:])
-        return self.conv2(x) if last is None else self.conv2(x[:, :, -(last + self.reach):])[:, :, -last:]
+        x = self.conv2(x.reshape(-1, shape[2], seen, shape[-1]))
+        return x if last is None else x[:, :, -last:]
 
 
 class _Way:

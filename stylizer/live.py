@@ -5,6 +5,7 @@ to the styled one; that turn is smoothed, scaled by the part's strength and put 
 neutral motion passes through untouched, strength 0 is the neutral pose exactly, and the network's own noise is damped.
 """
 
+from functools import cache
 from itertools import groupby
 from pathlib import Path
 from typing import Iterable, Mapping, Sequence
@@ -60,7 +61,8 @@ class LiveStylizer:
     def _prepare(self) -> None:
         """What the network needs before it is asked."""
         self._network = live_form(self.bank.model)
-        self._own = side_by_side([self.bank[OWN]] * len(PART_NAMES))
+        own = side_by_side([self.bank[OWN]] * len(PART_NAMES))
+        self._own = cache(lambda count: for_batch(own, count))  # what so many characters wear of their own
         self._kept: dict[tuple, tuple[list[Style], Style]] = {}  # by who asked: each one's style, and those side by side
 
     def crowd(self, count: int) -> "LiveStylizer":
@@ -174,7 +176,7 @@ class LiveStylizer:
 
     def _restyled(self, windows: np.ndarray, asking: list[int]) -> np.ndarray:
         """What it answers, as features (n, 21, 15)."""
-        answer, rebuilt = self._network(windows, self._styles(asking), for_batch(self._own, len(asking)))
+        answer, rebuilt = self._network(windows, self._styles(asking), self._own(len(asking)))
         if rebuilt is not None:  # what the decoder loses of the neutral movement goes on top, but not what is lost steadily
             lost = windows[:, -1] - rebuilt
             before = np.where(self._known[asking, None, None], self._lost[asking], lost)
