@@ -14,7 +14,7 @@ CROPPING = 0.2  # share of the source windows that are played slower or faster (
 PACES = (0.6, 1.6)  # between which they are
 ELSEWHERE = 0.5  # share of the sources whose own style is read from another place of their clip
 SAME_WAY = 0.15  # m/s and rad/s, added up: clips whose mean ways differ by no more are takes of one action
-LIKE_SPEEDS = 0.2  # share of the targets that move about as fast as their source; the others teach by their exemplars
+LIKE_SPEEDS = 0.5  # share of the targets that move about as fast as their source; the others teach by their exemplars
 
 # Mirroring in features: the x of every vector flips, and so does the turn rate.
 MIRROR_SIGNS = np.where(np.isin(np.arange(FEATURES), (0, 3, 6, 9, 12, 14)), -1.0, 1.0).astype(np.float32)
@@ -96,8 +96,11 @@ class Sampler:
         if target.style is None or np.hypot(*way[:2]) < MOVING:
             return target
         clips = self.same_style[target.style]
-        apart = np.array([np.abs(self.ways[clip.name] - way).sum() for clip in clips])
-        return clips[self.random.choice(np.flatnonzero(apart <= apart.min() + SAME_WAY))]
+        apart = {clip.name: np.abs(self.ways[clip.name] - way).sum() for clip in clips}
+        limit = min(apart.values()) + SAME_WAY
+        if apart[target.name] <= limit:  # what the network is shown is the best lesson in it
+            return target
+        return self.random.choice([clip for clip in clips if apart[clip.name] <= limit])
 
     def _way(self, clip: PackedClip) -> np.ndarray:
         """(3,) mean velocity sideways and forward in m/s, and turn rate in rad/s."""

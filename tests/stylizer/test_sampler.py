@@ -78,6 +78,7 @@ def test_the_exemplar_goes_the_sources_way_in_the_targets_style():
     assert sampler.exemplar(data.clips[3], np.array([0.0, 1.0, 0.0])) is data.clips[2]
     assert sampler.exemplar(data.clips[0], np.array([0.0, 1.0, 0.9])) is data.clips[1]
     assert sampler.exemplar(data.clips[1], np.zeros(3)) is data.clips[1]
+    assert all(sampler.exemplar(clip, np.array([0.0, 1.0, 0.5])) is clip for clip in data.clips)  # as near as any other
     batch = sampler.batch(40)
     assert np.allclose(batch.exemplar[:, 0, 0, 1], batch.target[:, 0, 0, 1])  # the style's height
     straight = np.abs(batch.source[:, 0, 0, 14]) < 0.1
