@@ -2,7 +2,6 @@
 
 import csv
 import math
-import subprocess
 import time
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from controller.network import PhaseFunctionedNetwork
 from controller.weights import MODEL, save
 from sim.atomic import replacing
 from sim.skeleton import JOINT_COUNT
-from sim.sources import credit
+from sim.sources import commit, credit
 
 BATCH = 2048  # frames an update, however long the rollouts
 LEARNING_RATE = 1e-3
@@ -220,10 +219,9 @@ def _cached(data_dir: Path, cache: Path) -> Frames:
 
 
 def _save_weights(trainer: Trainer, out_dir: Path, data_dir: Path, minutes: float) -> None:
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, cwd=Path(__file__).parent)
     credits = f"trained on {credit(data_dir, neutral_files(data_dir))}"
     save(trainer.average.module.cpu(), out_dir / f"{MODEL}.safetensors", licence=credits,
-         command=f"patchwalk train controller --minutes {minutes:g}", commit=commit.stdout.strip() or "unknown")
+         command=f"patchwalk train controller --minutes {minutes:g}", commit=commit())
     trainer.average.module.to(trainer.device)
 
 

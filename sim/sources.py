@@ -1,5 +1,6 @@
-"""Where motion capture comes from and under which licence: what a weight file's header has to say of the data behind it."""
+"""Where motion capture comes from and under which licence, and by which commit weights are trained: what their header says."""
 
+import subprocess
 from pathlib import Path
 from typing import Iterable
 
@@ -23,3 +24,13 @@ def credit(folder: Path, files: Iterable[Path]) -> str:
         archives = [part for part in path.relative_to(folder.parent).parts if part in ARCHIVES]
         found.add(ARCHIVES[archives[-1]] if archives else "the user's own clips")
     return "; ".join(sorted(found))
+
+
+def commit() -> str:
+    """The commit that this code stands at, "unknown" where it is no checkout or git is not there."""
+    try:
+        answer = subprocess.run(("git", "rev-parse", "--short", "HEAD"), capture_output=True, text=True,
+                                cwd=Path(__file__).parent)
+    except OSError:
+        return "unknown"
+    return answer.stdout.strip() or "unknown"

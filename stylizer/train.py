@@ -6,7 +6,6 @@
 import csv
 import math
 import os
-import subprocess
 import time
 from dataclasses import fields
 from datetime import timedelta
@@ -19,7 +18,7 @@ from torch import distributed, nn
 from tqdm import tqdm
 
 from sim.skeleton import PARTS
-from sim.sources import credit
+from sim.sources import commit, credit
 from stylizer import bundled, codes, systems, weights
 from stylizer.dataset import MotionData, pack
 from stylizer.losses import OURS, RECIPES, Inputs, Recipe, losses
@@ -214,13 +213,11 @@ class Trainer:
 
     def save_weights(self, path: Path, data_dir: Path, command: str) -> None:
         """Writes the averaged network's weight file."""
-        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True,
-                                cwd=Path(__file__).parent)
         clips = self.sampler.data.clips
         folders = sorted({clip.name.split("/")[0] for clip in clips})
         weights.save(self.average.module, path, data=f"{data_dir.name}: {', '.join(folders[:12])}",
                      licence=f"trained on {credit(data_dir, (data_dir / clip.name for clip in clips))}", command=command,
-                     commit=commit.stdout.strip() or "unknown", steps=str(self.step))
+                     commit=commit(), steps=str(self.step))
 
     def _averaged(self, average: torch.Tensor, value: torch.Tensor, count: torch.Tensor) -> torch.Tensor:
         keep = torch.clamp((1 + count) / (10 + count), max=self.recipe.average)  # sooner at first
