@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from safetensors.torch import save_file
 
+from sim.atomic import replacing
 from sim.clip import FPS, Clip
 from sim.features import FEATURES, LAYOUT_VERSION, STRIDE, clip_features
 from sim.folders import data_folder
@@ -63,9 +64,8 @@ def write(path: Path, name: str, style: Style, fingerprint: str, licence: str, s
     if windows is not None:
         tensors["windows"] = torch.from_numpy(windows.astype(np.float16))
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".partial")
-    save_file(tensors, partial, header)
-    partial.replace(path)
+    with replacing(path) as temporary:
+        save_file(tensors, temporary, header)
 
 
 def kept_windows(tensors: dict[str, torch.Tensor]) -> np.ndarray:

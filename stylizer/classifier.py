@@ -14,6 +14,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from sim.atomic import replacing
 from sim.features import LAYOUT, STRIDE
 from sim.skeleton import PART_NAMES, PART_OF_JOINT
 from stylizer.graph import LEVELS
@@ -89,9 +90,8 @@ def judge(kind: str, takes: Sequence[Take], folder: Path, seed: int = 0, tick: C
         return model.eval()
     _train(model, kind, takes, seed, tick)
     folder.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".partial")
-    save_file({name: value.contiguous() for name, value in model.state_dict().items()}, partial)
-    partial.replace(path)
+    with replacing(path) as temporary:
+        save_file({name: value.contiguous() for name, value in model.state_dict().items()}, temporary)
     return model
 
 

@@ -8,6 +8,7 @@ import torch
 from safetensors.torch import save_file
 from torch import Tensor
 
+from sim.atomic import replacing
 from sim.clip import FPS
 from sim.features import STRIDE, clip_features
 from sim.retarget import load_clip
@@ -40,10 +41,9 @@ def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> 
             licences.add(licence)
     path = Path(out_dir) / FOLDER / f"{network}.safetensors"
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".partial")
-    save_file({name: code.contiguous() for name, code in codes.items()}, partial,
-              {"weights": fingerprint, "licence": "; ".join(sorted(licences)), "speeds": json.dumps(speeds)})
-    partial.replace(path)
+    with replacing(path) as temporary:
+        save_file({name: code.contiguous() for name, code in codes.items()}, temporary,
+                  {"weights": fingerprint, "licence": "; ".join(sorted(licences)), "speeds": json.dumps(speeds)})
     return list(codes)
 
 

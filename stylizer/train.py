@@ -17,6 +17,7 @@ import torch
 from torch import distributed, nn
 from tqdm import tqdm
 
+from sim.atomic import replacing
 from sim.skeleton import PARTS
 from sim.sources import commit, credit
 from stylizer import bundled, codes, systems, weights
@@ -177,11 +178,10 @@ class Trainer:
 
     def keep(self, path: Path) -> None:
         """Writes the checkpoint."""
-        partial = path.with_suffix(".partial")
         state = {name: getattr(self, name).state_dict() for name in self.KEPT}
         random = self.sampler.random.bit_generator.state
-        torch.save({**state, "step": self.step, "spent": self.spent, "random": random}, partial)
-        partial.replace(path)
+        with replacing(path) as temporary:
+            torch.save({**state, "step": self.step, "spent": self.spent, "random": random}, temporary)
 
     def restore(self, path: Path) -> None:
         """Goes back to a checkpoint. Raises ValueError where there is none or it is another network's."""

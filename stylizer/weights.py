@@ -9,6 +9,7 @@ import torch
 from safetensors import safe_open
 from safetensors.torch import save_file
 
+from sim.atomic import replacing
 from sim.features import LAYOUT_VERSION
 from sim.skeleton import skeleton_hash
 from stylizer.scaling import Scaled
@@ -29,9 +30,8 @@ def save(model: Scaled, path: Path, **origin: str) -> None:
     tensors = {name: (value if name.rpartition(".")[2] in STATISTICS else value.half()).contiguous()
                for name, value in model.state_dict().items()}
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".partial")
-    save_file(tensors, partial, header)
-    partial.replace(path)
+    with replacing(path) as temporary:
+        save_file(tensors, temporary, header)
 
 
 def load(name: str = SLIM, folder: Path | None = None) -> tuple[Scaled, str]:
