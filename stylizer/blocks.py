@@ -14,7 +14,8 @@ from stylizer.graph import LEVELS, Graph
 from stylizer.layers import Pool, STConv, Unpool, leaky, normalized
 
 HIPS = INDEX["Hips"]
-NEWEST_WEIGHT = 4.0  # of the samples that a live stream is made of, where motion is rebuilt
+NEWEST = slice(-2, None)  # the samples that a live stream is made of
+NEWEST_WEIGHT = 4.0  # of these, where a whole-body system rebuilds motion
 
 
 class Rooted(Graph):
@@ -64,11 +65,11 @@ def for_each(x: Tensor, codes: Tensor) -> Tensor:
     return x.repeat(1, len(codes) // x.shape[1], 1, 1)
 
 
-def newest(motion: Tensor) -> Tensor:
-    """(T, 1) of mean 1 for motion (V, B, T, C): the last two samples count NEWEST_WEIGHT times as much as the others."""
-    weight = torch.ones(motion.shape[2], 1, device=motion.device)
-    weight[-2:] = NEWEST_WEIGHT
-    return weight / weight.mean()
+def newest(motion: Tensor, weight: float = NEWEST_WEIGHT) -> Tensor:
+    """(T, 1) of mean 1 for motion (V, B, T, C): the NEWEST samples count `weight` times as much as the others."""
+    time = torch.ones(motion.shape[2], 1, device=motion.device)
+    time[NEWEST] = weight
+    return time / time.mean()
 
 
 class Plain(nn.Module):

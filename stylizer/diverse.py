@@ -10,14 +10,15 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from sim.features import HELD
 from stylizer.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, for_each, newest, pooled, slope_penalty
 from stylizer.domains import Labelled
 from stylizer.graph import LEVELS
 from stylizer.layers import Unpool, leaky, normalized
 from stylizer.losses import Recipe
-from stylizer.whole_body import BODY, HIPS, Restyled, WholeBody
+from stylizer.whole_body import HIPS, Restyled, WholeBody
 
-CHANNELS = BODY.stop  # position 3 and axes 6
+CHANNELS = HELD.stop  # position 3 and axes 6
 PLACE, AXES = slice(0, 3), slice(3, CHANNELS)
 SLOPE_EVERY = 8  # steps
 
@@ -135,7 +136,7 @@ class Diverse(WholeBody):
         self.mapping = Mapping(config)
 
     def encode(self, motion: Tensor, domain: Tensor) -> Tensor:
-        return self.style_encoder(motion[..., BODY], domain)
+        return self.style_encoder(motion[..., HELD], domain)
 
     def code_from_noise(self, noise: Tensor, domain: Tensor) -> Tensor:
         return self.mapping(noise[:, :self.config.noise], domain)
@@ -143,10 +144,10 @@ class Diverse(WholeBody):
     def stylize(self, motion: Tensor, codes: Tensor) -> Tensor:
         """G: normalized position and axes (21, n B, T, 9) of motion (21, B, T, 9 or more), each in n of the styles of codes
         (n B, code)."""
-        return self.decoder([for_each(level, codes) for level in self.trunk(motion[..., BODY])], codes)
+        return self.decoder([for_each(level, codes) for level in self.trunk(motion[..., HELD])], codes)
 
     def restyled(self, motion: Tensor, codes: Tensor) -> Restyled:
-        result = self.stylize(motion, codes) * self.deviation[..., BODY] + self.mean[..., BODY]
+        result = self.stylize(motion, codes) * self.deviation[..., HELD] + self.mean[..., HELD]
         return Restyled(result[..., AXES], result[HIPS:HIPS + 1, ..., PLACE])
 
 
@@ -186,7 +187,7 @@ class Objective(nn.Module):
         with torch.no_grad():
             fake = self.system.stylize(x.source, self.two_codes(x, step)[0])
         slope = step // 2 % SLOPE_EVERY == 0
-        real = x.target[..., BODY].clone().requires_grad_(slope)
+        real = x.target[..., HELD].clone().requires_grad_(slope)
         score = self.judge(real, x.target_domain)
         terms = {"real": F.softplus(-score).mean(), "fake": F.softplus(self.judge(fake, x.target_domain)).mean()}
         if slope:
@@ -195,7 +196,7 @@ class Objective(nn.Module):
 
     def generator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """G's, E's and F's side of Eq. 7, and Eq. 8 to 11."""
-        model, motion = self.system, x.source[..., BODY]
+        model, motion = self.system, x.source[..., HELD]
         first, second = self.two_codes(x, step)
         own = model.encode(x.source, x.source_domain)
         fake, other, same = model.stylize(motion, torch.cat([first, second, own])).chunk(3, dim=1)

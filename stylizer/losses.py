@@ -6,18 +6,17 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sim.features import LAYOUT, STRIDE, WINDOW
+from sim.features import HELD, LAYOUT, STRIDE, WINDOW
 from sim.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, GROUPS, JOINT_COUNT, PARENTS, PART_NAMES, PART_OF_JOINT
+from stylizer.blocks import NEWEST, newest
 from stylizer.dataset import LATER
 from stylizer.motion_puzzle import MotionPuzzle, halves, joined, mix_parts
 
-BODY = slice(LAYOUT["position"].start, LAYOUT["rotation"].stop)  # position and rotation
 LIVELINESS = 2.0  # what a joint's deviation over time counts in `posture`, where its mean counts 1
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics
 STANDING, WALKING = 0.15, 0.45  # m/s, mean root speed of a clip under and over which it surely stands or walks
 FEET = np.isin(np.arange(JOINT_COUNT), CONTACT_JOINTS)
 LEGS = np.isin(PART_OF_JOINT, [PART_NAMES.index(part) for part in GROUPS["legs"]])
-NEWEST = slice(-2, None)  # the samples that a live stream is made of
 
 
 @dataclass(frozen=True)
@@ -108,17 +107,17 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     turns = error[..., LAYOUT["rotation"]]
     places = torch.cat([error[..., LAYOUT["position"]], error[..., LAYOUT["velocity"]],
                         placed(model, restyled) - wanted[..., LAYOUT["position"]]], dim=-1)
-    time = _newest_first(recipe.last_weight, now.device)
+    time = newest(now, recipe.last_weight)
     terms = {
         "reconstruction": (miss.abs() * time).mean(),  # Eq. 15
         "root": ((restyled - motion)[..., LAYOUT["root"]].abs() * time).mean(),  # Eq. 17
-        "smoothness": miss[..., BODY].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),  # Eq. 18, 19
+        "smoothness": miss[..., HELD].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),  # Eq. 18, 19
         "posture": posture(restyled[:, :now.shape[1]], now, inputs.own, inputs.exemplar, use_target, model),
         "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
     }
     if later:
         first, second = (restyled - motion).chunk(2, dim=1)  # later, the newest samples lie well inside the window
-        terms["stream"] = (first[:, :, NEWEST] - _seen_later(second).detach()[:, :, NEWEST])[..., BODY].abs().mean()
+        terms["stream"] = (first[:, :, NEWEST] - _seen_later(second).detach()[:, :, NEWEST])[..., HELD].abs().mean()
     return {name: terms[name] for name in recipe.active(late)}
 
 
@@ -128,7 +127,7 @@ def imitated(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Te
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=content.device)][..., None, None]
     mixed = torch.where(chosen, match, content)
     mixed = torch.cat([mixed[..., :LAYOUT["root"].start], content[..., LAYOUT["root"]]], dim=-1)
-    return torch.cat([placed(model, mixed), mixed[..., BODY.start + 3:]], dim=-1)
+    return torch.cat([placed(model, mixed), mixed[..., HELD.start + 3:]], dim=-1)
 
 
 def placed(model: MotionPuzzle, motion: Tensor) -> Tensor:
@@ -164,22 +163,15 @@ def posture(restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, u
     same_gait = 1 - (walking[0] - walking[1]).abs()[None, :, None]
     feet, legs = (torch.as_tensor(joints, device=source.device)[:, None, None] for joints in (FEET, LEGS))
 
-    mean_shift = target[..., BODY].mean(2) - source[..., BODY].mean(2)  # (21, B, 9)
+    mean_shift = target[..., HELD].mean(2) - source[..., HELD].mean(2)  # (21, B, 9)
     mean_shift = torch.where(feet, same_gait, 1.0) * mean_shift
     deviation_shift = torch.where(legs, same_gait, 1.0) * (_deviation(target) - _deviation(source))
-    mean_error = (restyled[..., BODY].mean(2) - content[..., BODY].mean(2) - mean_shift).abs()
+    mean_error = (restyled[..., HELD].mean(2) - content[..., HELD].mean(2) - mean_shift).abs()
     deviation_error = (_deviation(restyled) - (_deviation(content) + deviation_shift).clamp(min=0)).abs()
 
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=use_target.device)][..., None]  # (21, B, 1)
     error = ((0.5 + 0.5 * alike) * mean_error + LIVELINESS * alike * deviation_error) * chosen
     return error.sum() / (chosen.sum() * error.shape[2]).clamp(min=1)
-
-
-def _newest_first(weight: float, device: torch.device) -> Tensor:
-    """(WINDOW, 1) of mean 1: the newest samples count `weight` times as much as the others."""
-    time = torch.ones(WINDOW, 1, device=device)
-    time[NEWEST] = weight
-    return time / time.mean()
 
 
 def _seen_later(later: Tensor) -> Tensor:
@@ -193,4 +185,4 @@ def _seen_later(later: Tensor) -> Tensor:
 
 def _deviation(motion: Tensor) -> Tensor:
     """(21, B, T, 15) -> (21, B, 9) deviation over time of position and rotation."""
-    return (motion[..., BODY].var(dim=2, correction=0) + 1e-6).sqrt()
+    return (motion[..., HELD].var(dim=2, correction=0) + 1e-6).sqrt()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor, nn
 
-from sim.features import FEATURES, LAYOUT
+from sim.features import FEATURES, HELD, LAYOUT
 from sim.skeleton import JOINT_COUNT, PARTS
 from stylizer.graph import LEVELS
 from stylizer.layers import BPATN, BPAdaIN, JointLinear, Parts, PartStyle, Pool, STConv, Unpool, leaky, normalized
@@ -217,7 +217,7 @@ class Posture(nn.Module):
         super().__init__()
         self.parts = Parts(LEVELS[1])
         held = torch.zeros(FEATURES)
-        held[LAYOUT["position"].start:LAYOUT["rotation"].stop] = 1.0
+        held[HELD] = 1.0
         self.share = nn.Parameter(held.repeat(JOINT_COUNT, 1, 1, 1))
 
     def style_side(self, motion: Tensor) -> PartStyle:

@@ -44,11 +44,6 @@ class Batch:
     closeness: np.ndarray  # (B,) 0..1
 
 
-def mirror_way(flip: bool) -> np.ndarray:
-    """(3,) what a way (see `Sampler._way`) is multiplied by where left and right are exchanged."""
-    return np.array([-1.0, 1.0, -1.0]) if flip else np.ones(3)
-
-
 class Sampler:
     """Draws batches; its random state can be saved, so that training resumes exactly."""
 
@@ -58,7 +53,7 @@ class Sampler:
         self.random = np.random.default_rng(seed)
         self.speeds = np.array([clip.speed for clip in data.clips])
         self.gaits: dict[str, np.ndarray] = {}  # of clips that were drawn before
-        self.ways = {clip.name: self._way(clip) for clip in data.clips}
+        self.ways: dict[str, np.ndarray] = {}  # likewise
         self.same_style = defaultdict(list)  # the labelled clips of a style
         for clip in data.clips:
             self.same_style[clip.style].append(clip)
@@ -77,7 +72,8 @@ class Sampler:
         pace = self._pace(source)
         end, later = float(self.random.uniform(CONTENT_SPAN * pace, source.frames - 1 - LATER * pace)), LATER * pace
         own = self.random.uniform(0, source.frames - 1) if self.random.random() < ELSEWHERE else end
-        exemplar = self.exemplar(target, self.ways[source.name] * pace * mirror_way(flip_source != flip_target))
+        way = self._way(source) * pace * (MIRROR_SIGNS[LAYOUT["root"]] if flip_source != flip_target else 1.0)
+        exemplar = self.exemplar(target, way)
         windows = [*(self._window(source, at, STYLE_WINDOW, pace, flip_source) for at in (end, own)),
                    self._window(source, end + later, WINDOW, pace, flip_source),
                    *(self._window(clip, self.random.uniform(0, clip.frames - 1), STYLE_WINDOW, 1.0, flip_target)
@@ -96,7 +92,7 @@ class Sampler:
         if target.style is None or np.hypot(*way[:2]) < MOVING:
             return target
         clips = self.same_style[target.style]
-        apart = {clip.name: np.abs(self.ways[clip.name] - way).sum() for clip in clips}
+        apart = {clip.name: np.abs(self._way(clip) - way).sum() for clip in clips}
         limit = min(apart.values()) + SAME_WAY
         if apart[target.name] <= limit:  # what the network is shown is the best lesson in it
             return target
@@ -104,7 +100,10 @@ class Sampler:
 
     def _way(self, clip: PackedClip) -> np.ndarray:
         """(3,) mean velocity sideways and forward in m/s, and turn rate in rad/s."""
-        return self.data.motion[clip.start:clip.start + clip.frames, 0, LAYOUT["root"]].astype(np.float32).mean(axis=0)
+        if clip.name not in self.ways:
+            root = self.data.motion[clip.start:clip.start + clip.frames, 0, LAYOUT["root"]]
+            self.ways[clip.name] = root.astype(np.float32).mean(axis=0)
+        return self.ways[clip.name]
 
     def _pace(self, clip: PackedClip) -> float:
         """Of a source window; 1 mostly, and never so quick that the clip is too short."""

@@ -7,12 +7,12 @@ import numpy as np
 import torch
 from torch import distributed
 
+from sim.features import HELD
 from stylizer import systems
 from stylizer.dataset import MotionData
 from stylizer.domains import LabelledSampler, as_inputs, labels_of, mean_postures
 from stylizer.sampler import statistics
 from stylizer.train import HELD_OUT_BATCHES, SECOND_MOMENT, Trainer, falling
-from stylizer.whole_body import BODY
 
 
 class SystemTrainer(Trainer):
@@ -37,7 +37,7 @@ class SystemTrainer(Trainer):
         self.objective = module.Objective(config)
         self.model = self.objective.system
         self.model.set_statistics(*statistics(LabelledSampler(learned_from, labels, config.window, seed)))
-        self.model.postures.copy_(mean_postures(self.model, LabelledSampler(learned_from, labels, config.window, seed), BODY))
+        self.model.postures.copy_(mean_postures(self.model, LabelledSampler(learned_from, labels, config.window, seed), HELD))
         self.objective.to(self.device)
         self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=self._averaged)
         self.learned = {phase: [p for parameters, _ in groups for p in parameters]

@@ -11,12 +11,11 @@ from torch import Tensor
 
 from sim import rotations as rot
 from sim.clip import FPS
-from sim.features import LAYOUT, STRIDE
+from sim.features import HELD, LAYOUT, STRIDE
 from sim.kinematics import forward_kinematics
 from sim.skeleton import CONTACT_JOINTS, INDEX, PART_OF_JOINT
 from stylizer.scaling import Scaled
 
-BODY = slice(LAYOUT["position"].start, LAYOUT["rotation"].stop)  # position and rotation
 HIPS = INDEX["Hips"]
 
 
@@ -36,7 +35,7 @@ class WholeBody(Scaled):
 
     def __init__(self, config) -> None:
         super().__init__(config)
-        self.register_buffer("postures", torch.zeros(max(len(config.labels), 1), 21, BODY.stop))
+        self.register_buffer("postures", torch.zeros(max(len(config.labels), 1), 21, HELD.stop))
 
     def encode(self, motion: Tensor, domain: Tensor) -> Tensor:
         """Codes (B, C) of normalized windows (21, B, T, 15), their domains (B,) given; the same for the same motion."""
@@ -67,7 +66,7 @@ class WholeBody(Scaled):
 
     def nearest_domain(self, motion: Tensor) -> int:
         """The domain whose mean posture is nearest to that of normalized windows (21, B, T, 15)."""
-        posture = motion[..., BODY].mean(dim=(1, 2))
+        posture = motion[..., HELD].mean(dim=(1, 2))
         return int((self.postures - posture).abs().mean(dim=(1, 2)).argmin())
 
 
