@@ -11,8 +11,8 @@ import torch
 from sim.features import clip_features
 from sim.skeleton import PART_NAMES
 from stylizer import labelled, weights
-from stylizer.classifier import STEPS, judge
-from stylizer.evaluate import Progress, cache_folder, rounded
+from stylizer.classifier import STEPS
+from stylizer.evaluate import Progress, judged, rounded, weights_found
 from stylizer.labelled import SHORTEST, Take, windows
 from stylizer.offline import Look, answer
 from stylizer.rows import JUDGED, SEGMENT, TRIALS, Judges, Transfer, milliseconds, real_row, row
@@ -56,16 +56,12 @@ def compare(data_dir: Path, folder: Path | None = None, progress: Progress | Non
     """Judges every system whose weights are in the package or in `folder`.
 
     Raises ValueError where `data_dir` holds no labelled motion or weights are broken."""
-    torch.set_num_threads(1)
-    torch.set_flush_denormal(True)
-    folders = [weights.FOLDER, *([folder] if folder else [])]
-    found = {name: where for name, _, _ in ALL for where in folders if (where / f"{name}.safetensors").exists()}
+    found = weights_found((name for name, _, _ in ALL), folder)
     models = {name: weights.load(name, where)[0] for name, where in found.items()}
     entries = [entry for entry in ALL if entry[0] in models and (entry[1] != "drawn" or models[entry[0]].NOISE)]
     files = sum(map(len, labelled.labelled_files(data_dir).values()))
     tick = progress(files + 2 * STEPS + TRIALS * sum(size for *_, size in entries)) if progress else lambda: None
-    data = labelled.load(data_dir, tick)
-    judges = Judges(*(judge(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style")))
+    data, judges = judged(data_dir, tick)
     rows = [measured(models[name], name, mode, size, data.generate, judges, tick) for name, mode, size in entries]
     real = {name: with_interval(figure) for name, figure in real_row(data.generate, judges, REAL_SIZE).items()}
     missing = [name for name in dict.fromkeys(name for name, _, _ in ALL) if name not in models]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Iterable
 
 import torch
 
@@ -42,19 +42,15 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
 
     folder: where more weights lie than those shipped (full.safetensors ...). progress(steps) is told how much there is to do
     and returns what to call once a step. Raises ValueError where `data_dir` holds no labelled motion or weights are broken."""
-    torch.set_num_threads(1)
-    torch.set_flush_denormal(True)
-    folders = [weights.FOLDER, *([folder] if folder else [])]
-    found = {name: where for name, _, _ in ROWS for where in folders if (where / f"{name}.safetensors").exists()}
+    found = weights_found([*(name for name, _, _ in ROWS), LEFT_OUT], folder)
+    left_out = found.pop(LEFT_OUT, None)
     present = [entry for entry in ROWS if entry[0] in found]
-    left_out = next((where for where in folders if (where / f"{LEFT_OUT}.safetensors").exists()), None)
     files = sum(map(len, labelled.labelled_files(data_dir).values()))
     steps = files + 2 * STEPS + TRIALS * sum(size for _, _, size in present) + FURTHER_FIGURES
     steps += TRIALS * (2 * SAME_CONTENT_SIZE + (LEFT_OUT_SIZE if left_out else 0))
     tick = progress(steps) if progress else lambda: None
     models = {name: weights.load(name, where)[0] for name, where in found.items()}
-    data = labelled.load(data_dir, tick)
-    judges = Judges(*(judge(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style")))
+    data, judges = judged(data_dir, tick)
     rows = []
     for name, mode, size in present:
         transfer = Transfer(models[name], mode)
@@ -72,6 +68,20 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
     there = {*found, *([LEFT_OUT] if left_out else [])}
     notes = [f"no weights for {name}: its row is left out" for name in wanted if name not in there]
     return Evaluation(rounded(report), notes, data, models[SHIPPED])
+
+
+def weights_found(names: Iterable[str], folder: Path | None) -> dict[str, Path]:
+    """Of these names the weights that are in the package or in `folder`, which goes first, and where they are."""
+    folders = [weights.FOLDER, *([folder] if folder else [])]
+    return {name: where for name in names for where in folders if (where / f"{name}.safetensors").exists()}
+
+
+def judged(data_dir: Path, tick: Callable[[], object]) -> tuple[Labelled, Judges]:
+    """The labelled motion and judges trained on it, on one thread as all that is timed; calls tick once a file and a step."""
+    torch.set_num_threads(1)
+    torch.set_flush_denormal(True)
+    data = labelled.load(data_dir, tick)
+    return data, Judges(*(judge(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style")))
 
 
 def _unseen(path: Path, data: Labelled, judges: Judges, tick: Callable[[], object]) -> dict:
