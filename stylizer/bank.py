@@ -47,8 +47,9 @@ def style_windows(features: np.ndarray) -> np.ndarray:
 
 @torch.inference_mode()
 def encode(model: MotionPuzzle, windows: np.ndarray) -> Style:
-    """The style of a clip from its windows: AdaIN scale and bias averaged over them, the attention tokens of all."""
-    style = model.encode_style(model.normalize(torch.from_numpy(windows.astype(np.float32))))
+    """The style of a clip from its windows: AdaIN scale and bias averaged over them, attention tokens and key poses of all."""
+    motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
+    style = model.encode_style(motion, motion.flatten(1, 2)[:, None])
     return {level: PartStyle(s.scale.mean(1, keepdim=True), s.bias.mean(1, keepdim=True),
                              s.keys.flatten(1, 2)[:, None], s.values.flatten(1, 2)[:, None])
             for level, s in style.items()}

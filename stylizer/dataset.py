@@ -18,6 +18,7 @@ from sim.skeleton import INDEX, JOINT_COUNT, skeleton_hash
 from stylizer.labelled import labels
 
 STYLE_WINDOW = 32  # samples of a style clip in training: about one gait cycle
+CLIP_WINDOW = 64  # samples of it in which key poses are looked for: a slow gait cycle and more
 CONTENT_SPAN = (WINDOW - 1) * STRIDE  # frames between the first and the last sample of a content window
 LATER = 7  # frames between a content window and the later one that sees the same instants again; odd
 SHORTEST = CONTENT_SPAN + LATER + 1  # frames; shorter clips hold no window
@@ -25,6 +26,9 @@ UPRIGHT = 0.55  # metres; clips whose hips come lower (crawling, lying) are not 
 MOVING = 0.4  # m/s; slower clips are gestures and idling, drawn less often
 STILL_SHARE = 0.5
 HELD_OUT_EVERY = 10  # one clip in ten, by a hash of its name, is never trained on
+
+CONTROLLER = "patchwalk"  # the folder of what the controller made: all of it in its one style
+
 
 @dataclass(frozen=True)
 class PackedClip:
@@ -41,6 +45,11 @@ class PackedClip:
         """The style and the performer, where the name tells them."""
         found = labels(Path(self.name).name)
         return found and found[1]
+
+    @property
+    def manner(self) -> str | None:
+        """What clips share that one person moves in, in one style, where that is known."""
+        return self.style or (CONTROLLER if self.name.startswith(f"{CONTROLLER}/") else None)
 
     @property
     def held_out(self) -> bool:
@@ -124,17 +133,20 @@ class MotionData:
     def weights(self) -> tuple[np.ndarray, np.ndarray]:
         """How often each clip is drawn as source and as target, gestures and idling less than locomotion.
 
-        Targets: labels by the square root of their length, so that rare styles are seen. Sources: half of the time
-        likewise, half of the time folders by the square root of theirs, so that small archives count."""
+        Both: half of the time labels by the square root of their length, so that rare ones are seen. Otherwise sources are
+        folders by the square root of theirs, so that small archives count; and targets all manners alike."""
         moving = np.where([clip.speed > MOVING for clip in self.clips], 1.0, STILL_SHARE)
-        by_label = self._shares([clip.label for clip in self.clips]) * moving
-        by_folder = self._shares([clip.name.split("/")[0] for clip in self.clips]) * moving
+        by_label, by_folder, by_manner = (
+            self._shares([group(clip) for clip in self.clips], power) * moving for group, power in
+            ((lambda clip: clip.label, 0.5), (lambda clip: clip.name.split("/")[0], 0.5), (lambda clip: clip.manner, 1.0)))
+        by_manner *= [clip.manner is not None for clip in self.clips]
         by_label, by_folder = by_label / by_label.sum(), by_folder / by_folder.sum()
-        return (by_label + by_folder) / 2, by_label
+        by_manner = by_manner / by_manner.sum() if by_manner.any() else by_label
+        return (by_label + by_folder) / 2, (by_label + by_manner) / 2
 
-    def _shares(self, groups: list[str]) -> np.ndarray:
-        """Groups by the square root of their length, clips within a group by their length."""
+    def _shares(self, groups: list[str | None], power: float) -> np.ndarray:
+        """Clips within a group by their length, groups by theirs to the power of 1 - `power`."""
         frames = Counter()
         for group, clip in zip(groups, self.clips):
             frames[group] += clip.frames
-        return np.array([clip.frames / frames[group] ** 0.5 for group, clip in zip(groups, self.clips)])
+        return np.array([clip.frames / frames[group] ** power for group, clip in zip(groups, self.clips)])

@@ -8,11 +8,12 @@ from typing import Callable
 import numpy as np
 import torch
 
-from sim.features import FEATURES, LAYOUT
+from sim.features import FEATURES
 from sim.skeleton import PARTS
 from stylizer.blend import Style
+from stylizer.key_poses import BODY, QUIET, ROOT, ROOT_SIZE, KeyPoses
 from stylizer.layers import EPSILON, JointLinear, PartStyle, Pool, STConv
-from stylizer.motion_puzzle import POSTURE, BPStyleNet, Config, MotionPuzzle, Posture
+from stylizer.motion_puzzle import KEY_POSES, BPStyleNet, Config, MotionPuzzle
 
 KEPT = 16  # styles whose numbers are kept at hand
 Answer = tuple[np.ndarray, np.ndarray | None]  # features (batch, 21, 15) in a style, and in their own where that is asked
@@ -47,7 +48,7 @@ class LastSample:
         self.last = _LastConv(decoder.blocks["1"].conv)
         self.needed = (1 + decoder.blocks["1"].reach + 1) // 2  # last samples of level 2 that the last of level 1 can see
         self.way = _Way(model) if model.way else None
-        self.posture = _Posture(decoder.posture) if decoder.posture else None
+        self.key_poses = _KeyPoses(model.key_poses) if model.key_poses else None
         self._views: dict[int, tuple[Style, dict[int, PartStyle]]] = {}
 
     @staticmethod
@@ -56,7 +57,8 @@ class LastSample:
 
     def __call__(self, windows: np.ndarray, style: Style, own: Style) -> Answer:
         motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
-        looks = [self._seen(look) for look in ((style, own) if self.relative else (style,))]
+        seen_own = self._seen(own)
+        looks = [self._seen(style), seen_own][:1 + self.relative]
         said = self.way(motion) if self.way else {3: (0.0, 0.0), 2: (0.0, 0.0)}
         x = self._encoded(motion)[None].repeat(len(looks), axis=0)
         for level, net, source in zip((3, 2), self.nets, self.sources):
@@ -64,8 +66,8 @@ class LastSample:
             x = x[:, source].repeat(2, axis=2).reshape(len(looks), len(windows), len(source), -1, x.shape[-1])
         x = self.head(_leaky(self.last(_leaky(x.reshape(-1, *x.shape[2:])))[:, :, None]))
         answers = x.reshape(len(looks), len(windows), *self.mean.shape)
-        if self.posture:
-            answers += np.array([self.posture(look[POSTURE]) for look in looks])
+        if self.key_poses:
+            answers[..., BODY] += self.key_poses(motion, [look[KEY_POSES] for look in looks], seen_own[KEY_POSES])
         answers = (answers * self.deviation + self.mean).astype(float)
         return answers[0], answers[1] if self.relative else None
 
@@ -111,15 +113,39 @@ def _end(layer: torch.nn.Module) -> Callable[[np.ndarray], np.ndarray]:
     return _JointLinear(layer) if isinstance(layer, JointLinear) else _Linear(layer)
 
 
-class _Posture:
-    """stylizer.motion_puzzle.Posture."""
+class _KeyPoses:
+    """stylizer.key_poses.KeyPoses."""
 
-    def __init__(self, posture: Posture) -> None:
-        self.share, self.joints = posture.share.detach().numpy()[:, 0, 0], posture.parts.back.numpy()
+    def __init__(self, poses: KeyPoses) -> None:
+        self.hidden, self.code = map(_Linear, (poses.hidden, poses.code))
+        self.wary = poses.wary.detach().exp().numpy()[..., 0]  # (5, 3)
+        self.size, self.joints = poses.parts.count * BODY.stop, poses.parts.back.numpy()
+        moments, sharpness = poses.moments.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]  # (5, 1, 1)
+        self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, moments)
+        self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, moments)
 
-    def __call__(self, look: PartStyle) -> np.ndarray:
-        """What is put on, normalized: (batch or 1, 21, 15)."""
-        return self.share * look.bias.reshape(len(look.bias), -1, FEATURES)[:, self.joints]
+    def __call__(self, motion: np.ndarray, looks: list[PartStyle], own: PartStyle) -> np.ndarray:
+        """What is put on the last sample of normalized motion (batch, 21, T, 15), in each look: (looks, batch, 21, 12)."""
+        told = self._told(motion[:, :, -1], own)[:, :, None]  # (batch, 5, 1, moments)
+        return np.array([self._poses(told, look, own) for look in looks])
+
+    def _told(self, pose: np.ndarray, own: PartStyle) -> np.ndarray:
+        mean, deviation = (own.scale[..., side].reshape(len(own.scale), -1, BODY.stop)[:, self.joints]
+                           for side in (slice(self.size), slice(self.size, 2 * self.size)))
+        bare = (pose[..., BODY] - mean) / (deviation + np.float32(QUIET))
+        bare /= np.sqrt(1 + np.square(bare).sum(axis=(1, 2), keepdims=True) / bare[0].size)
+        code = self.code(_leaky(self.hidden(np.concatenate([bare.reshape(len(bare), -1), pose[:, 0, ROOT]], axis=1))))
+        score = (code.reshape(len(code), len(PARTS), 1, -1) @ self.codes)[:, :, 0] + self.offsets
+        weight = np.exp(score - score.max(axis=-1, keepdims=True))
+        return weight / weight.sum(axis=-1, keepdims=True)
+
+    def _poses(self, told: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
+        apart = (look.scale - own.scale)[..., -ROOT_SIZE:]
+        trust = np.exp(-(apart * apart * self.wary).sum(axis=-1))[..., None, None]
+        theirs, ours = (clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own))
+        shares = trust * told + (1 - trust) / told.shape[-1]
+        poses = (told - shares) @ ours + shares @ theirs  # (batch, 5, 1, n 15)
+        return poses.reshape(len(poses), -1, FEATURES)[:, self.joints, BODY]
 
 
 class _Pool:
@@ -211,7 +237,7 @@ class _Way:
 
     def __call__(self, motion: np.ndarray) -> dict[int, tuple[np.ndarray, np.ndarray]]:
         """Normalized motion (batch, 21, T, 15) -> by level what is added to scale and bias (batch, 5, C)."""
-        root = motion[:, 0, :, LAYOUT["root"]]
+        root = motion[:, 0, :, ROOT]
         hidden = _leaky(self.hidden(np.concatenate([root.sum(axis=1) / root.shape[1], root[:, -1]], axis=-1)))
         sides = {level: side(hidden).reshape(len(hidden), len(PARTS), 2, -1) for level, side in self.sides.items()}
         return {level: (side[:, :, 0], side[:, :, 1]) for level, side in sides.items()}

@@ -9,7 +9,7 @@ from torch import Tensor
 from sim.features import HELD, LAYOUT, STRIDE, WINDOW
 from sim.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, GROUPS, JOINT_COUNT, PARENTS, PART_NAMES, PART_OF_JOINT
 from stylizer.blocks import NEWEST, newest
-from stylizer.dataset import LATER
+from stylizer.dataset import LATER, STYLE_WINDOW
 from stylizer.motion_puzzle import MotionPuzzle, halves, joined, mix_parts
 
 LIVELINESS = 2.0  # what a joint's deviation over time counts in `posture`, where its mean counts 1
@@ -38,7 +38,7 @@ class Recipe:
 
 # App. A.2 of the paper; the weights of Eq. 20 are all one.
 PAPER = Recipe({"reconstruction": 1.0, "cycle": 1.0, "root": 1.0, "smoothness": 1.0})
-OURS = Recipe({"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 1.5, "imitation": 1.0, "stream": 0.4},
+OURS = Recipe({"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 3.0, "imitation": 0.7, "stream": 0.4},
               batch=12, learning_rate=2e-3, momentum=0.9, average=0.998, last_weight=5.0, late=("stream",))
 RECIPES = {"paper": PAPER, "ours": OURS}
 
@@ -66,15 +66,18 @@ def losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool = Tru
 
 def paper_losses(model: MotionPuzzle, inputs: Inputs) -> dict[str, Tensor]:
     """Eq. 15 to 19: source and target rebuilt from their own styles, and both got back by way of the restyled motion."""
-    source, target = inputs.source, inputs.target
+    source, target = inputs.source, inputs.target[:, :, -STYLE_WINDOW:]
     wanted = torch.cat([source, target], dim=1)
     own, other = halves(model.encode_style(wanted))
     of_source, of_target = model.content_encoder(wanted).chunk(2, dim=1)
     mixed = mix_parts(own, other, inputs.use_target)
-    output = model.decoder(torch.cat([of_source, of_target, of_source, of_source], dim=1), joined([own, other, mixed, other]))
+    output = model.answer(torch.cat([wanted, source, source], dim=1),
+                          torch.cat([of_source, of_target, of_source, of_source], dim=1),
+                          joined([own, other, mixed, other]), joined([own, other, own, own]))
     rebuilt, (restyled, restyled_whole) = output[:, :wanted.shape[1]], output[:, wanted.shape[1]:].chunk(2, dim=1)
     again = model.encode_style(restyled_whole)
-    cycled = model.decoder(torch.cat([model.content_encoder(restyled), of_target], dim=1), joined([own, again]))
+    cycled = model.answer(torch.cat([restyled, target], dim=1), torch.cat([model.content_encoder(restyled), of_target], dim=1),
+                          joined([own, again]), joined([mixed, other]))
     return {"reconstruction": (rebuilt - wanted).abs().mean(),
             "cycle": (cycled - wanted).abs().mean(),
             "root": (restyled - source)[..., LAYOUT["root"]].abs().mean(),
@@ -90,11 +93,12 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     later = [inputs.later] if "stream" in recipe.active(late) else []
     motion = torch.cat([now, *later], dim=1)
     times = 1 + len(later)
-    own, other = halves(model.encode_style(torch.cat([inputs.own, inputs.target], dim=1)))
+    clips = torch.cat([inputs.own, inputs.target], dim=1)
+    own, other = halves(model.encode_style(clips[:, :, -STYLE_WINDOW:], clips))
     content = model.content_encoder(motion)
     styles = joined([own] * times + [mix_parts(own, other, use_target)] * times)
-    styles = model.on_way(torch.cat([motion, motion], dim=1), styles)
-    rebuilt, restyled = model.decoder(torch.cat([content, content], dim=1), styles).chunk(2, dim=1)
+    rebuilt, restyled = model.answer(torch.cat([motion, motion], dim=1), torch.cat([content, content], dim=1), styles,
+                                     joined([own] * 2 * times)).chunk(2, dim=1)
     if model.config.relative:
         restyled = motion + (restyled - rebuilt)
 
@@ -112,7 +116,7 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
         "reconstruction": (miss.abs() * time).mean(),  # Eq. 15
         "root": ((restyled - motion)[..., LAYOUT["root"]].abs() * time).mean(),  # Eq. 17
         "smoothness": miss[..., HELD].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),  # Eq. 18, 19
-        "posture": posture(restyled[:, :now.shape[1]], now, inputs.own, inputs.exemplar, use_target, model),
+        "posture": posture(restyled[:, :now.shape[1]], now, inputs.source, inputs.exemplar, use_target, model),
         "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
     }
     if later:

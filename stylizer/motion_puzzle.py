@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor, nn
 
-from sim.features import FEATURES, HELD, LAYOUT
+from sim.features import FEATURES, LAYOUT
 from sim.skeleton import JOINT_COUNT, PARTS
 from stylizer.graph import LEVELS
-from stylizer.layers import BPATN, BPAdaIN, JointLinear, Parts, PartStyle, Pool, STConv, Unpool, leaky, normalized
+from stylizer.key_poses import KeyPoses
+from stylizer.layers import BPATN, BPAdaIN, JointLinear, PartStyle, Pool, STConv, Unpool, leaky, normalized
 from stylizer.scaling import Scaled
 
 ROOT_SIZE = LAYOUT["root"].stop - LAYOUT["root"].start
-POSTURE = 0  # what is put on directly is kept under this number
+KEY_POSES = 0  # a style's key poses are kept under this number
 RESIDUAL = 4  # the decoder's residual block above G3 takes its style under this number
 
 
@@ -31,7 +32,7 @@ class Config:
     by_part: bool = True  # BP-AdaIN; False: AdaIN over the whole body (Sec. 7.2)
     attention: bool = True  # BP-ATN (Sec. 7.2)
     own_ends: bool = False  # each joint has weights of its own in the 1x1 convolutions at both ends
-    posture: bool = False  # the style's mean posture is put on directly, joint by joint; the network makes what is missing
+    key_poses: int = 0  # moments whose key poses are put on directly, joint by joint; the network makes what is missing
     way: int = 0  # hidden units by which the content's way over the floor has a say in BP-AdaIN; 0: none
     relative: bool = False  # what the decoder loses of the content's own movement is measured, to be put back
 
@@ -54,13 +55,13 @@ class Config:
     @property
     def styled(self) -> tuple[int, ...]:
         """The numbers under which the decoder takes in a style."""
-        return (*self.style_levels, *([RESIDUAL] if self.residual_taps else []), *([POSTURE] if self.posture else []))
+        return (*self.style_levels, *([RESIDUAL] if self.residual_taps else []), *([KEY_POSES] if self.key_poses else []))
 
 
 FULL = Config()  # Table 3
 PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, App. A.1: the paper's real-time system
 # What measurement added to the paper's networks.
-ADDED = {"style_statistics": 2, "own_ends": True, "posture": True, "way": 32, "relative": True}
+ADDED = {"style_statistics": 2, "own_ends": True, "key_poses": 96, "way": 32, "relative": True}
 LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
 SLIM = replace(PAPER_SLIM, stem=16, channels=(32, 64, 128), **ADDED)  # what is shipped
 CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "large": LARGE, "slim": SLIM,
@@ -194,7 +195,7 @@ class Way(nn.Module):
         self.hidden = nn.Linear(2 * ROOT_SIZE, config.way)
         self.sides = nn.ModuleDict({
             str(number): nn.Linear(config.way, len(PARTS) * 2 * config.width(min(number, 3)) * (2 if number == RESIDUAL else 1))
-            for number in config.styled if number != POSTURE})
+            for number in config.styled if number != KEY_POSES})
 
     def forward(self, motion: Tensor, style: Style) -> Style:
         """The style (batch of B or 1) as it is worn on the way of normalized motion (21, B, T, 15)."""
@@ -206,32 +207,6 @@ class Way(nn.Module):
             part = style[int(number)]
             result[int(number)] = part._replace(scale=part.scale + scale, bias=part.bias + bias)
         return style | result
-
-
-class Posture(nn.Module):
-    """Puts the style clip's mean position and rotation of every joint on the decoder's answer, as much of it as is learned.
-
-    What a style is first of all need not pass through two averaged vertices a part."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.parts = Parts(LEVELS[1])
-        held = torch.zeros(FEATURES)
-        held[HELD] = 1.0
-        self.share = nn.Parameter(held.repeat(JOINT_COUNT, 1, 1, 1))
-
-    def style_side(self, motion: Tensor) -> PartStyle:
-        """The mean over time of a style clip (21, B, T, 15), by part, as the bias."""
-        mean = self.parts.split(motion.mean(dim=2, keepdim=True))[:, :, :, 0]  # (5, n, B, 15)
-        bias = mean.transpose(1, 2).flatten(2)
-        none = bias[..., :0]
-        no_tokens = none[:, :, None][:, :, :0]
-        return PartStyle(none, bias, no_tokens, no_tokens)
-
-    def forward(self, x: Tensor, style: PartStyle) -> Tensor:
-        """(21, B, T, 15) -> the same shape"""
-        mean = style.bias.unflatten(2, (-1, FEATURES)).transpose(1, 2)[:, :, :, None]  # (5, n, B, 1, 15)
-        return x + self.share * self.parts.join(mean)
 
 
 class Decoder(nn.Module):
@@ -246,13 +221,11 @@ class Decoder(nn.Module):
             self.blocks[str(level)] = (BPStyleNet if level in config.style_levels else PlainBlock)(config, level)
         self.unpools = nn.ModuleDict({str(level): Unpool(LEVELS[level], LEVELS[level - 1]) for level in (3, 2)})
         self.head = config.end(config.stem, FEATURES)
-        self.posture = Posture() if config.posture else None
 
-    def style_side(self, motion: Tensor, style: list[Tensor]) -> Style:
-        """A style clip and its features of G1, G2, G3 -> what the decoder needs of them, computed once a style."""
+    def style_side(self, style: list[Tensor]) -> Style:
+        """A style clip's features of G1, G2, G3 -> what the decoder needs of them, computed once a style."""
         sides = {level: self.blocks[str(level)].style_side(style[level - 1]) for level in self.config.style_levels}
-        sides |= {RESIDUAL: self.residual.style_side(style[-1])} if self.residual else {}
-        return sides | ({POSTURE: self.posture.style_side(motion)} if self.posture else {})
+        return sides | ({RESIDUAL: self.residual.style_side(style[-1])} if self.residual else {})
 
     def forward(self, content: Tensor, style: Style, last: int | None = None) -> Tensor:
         """(5, B, T / 4, C3) -> motion (21, B, T, 15), or its `last` samples alone, without computing the others."""
@@ -261,8 +234,7 @@ class Decoder(nn.Module):
             x = self.blocks[str(level)](x, style.get(level), self._needed(level, last))
             x = self.unpools[str(level)](x) if level > 1 else x
         with torch.autocast(x.device.type, enabled=False):  # a few channels that everything hangs on
-            x = self.head(leaky(x.float()))
-            return self.posture(x, style[POSTURE]) if self.posture else x
+            return self.head(leaky(x.float()))
 
     def _needed(self, level: int, last: int | None) -> int | None:
         """How many of a block's last samples are wanted. A block that normalizes or attends over time needs all of them."""
@@ -282,10 +254,19 @@ class MotionPuzzle(Scaled):
         self.content_encoder = ContentEncoder(config)
         self.decoder = Decoder(config)
         self.way = Way(config) if config.way else None
+        self.key_poses = KeyPoses(config.key_poses) if config.key_poses else None
+        if self.key_poses:  # the network begins with nothing to add
+            nn.init.zeros_(self.decoder.head.weight)
 
-    def encode_style(self, motion: Tensor) -> Style:
-        """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by level."""
-        return self.decoder.style_side(motion, self.style_encoder(motion))
+    def encode_style(self, motion: Tensor, clip: Tensor | None = None) -> Style:
+        """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by number.
+
+        clip: what key poses are read from, if not motion: more of the same, of any length."""
+        style = self.decoder.style_side(self.style_encoder(motion))
+        if not self.key_poses:
+            return style
+        with torch.autocast(motion.device.type, enabled=False):
+            return style | {KEY_POSES: self.key_poses.style_side(motion if clip is None else clip)}
 
     def forward(self, motion: Tensor, style: Style, own: Style, last: int | None = None) -> tuple[Tensor, Tensor | None]:
         """Eq. 7: normalized motion (21, B, T, 15) in another style, and where the configuration says `relative` in its own
@@ -294,9 +275,19 @@ class MotionPuzzle(Scaled):
         The second shows what of the content's own movement the decoder loses: whoever applies the first puts that back."""
         content = self.content_encoder(motion)
         if not self.config.relative:
-            return self.decoder(content, self.on_way(motion, style), last), None
-        both = joined([self.on_way(motion, style), self.on_way(motion, own)])
-        return self.decoder(torch.cat([content, content], dim=1), both, last).chunk(2, dim=1)
+            return self.answer(motion, content, style, own, last), None
+        twice = torch.cat([motion, motion], dim=1), torch.cat([content, content], dim=1)
+        return self.answer(*twice, joined([style, own]), joined([own, own]), last).chunk(2, dim=1)
+
+    def answer(self, motion: Tensor, content: Tensor, style: Style, own: Style, last: int | None = None) -> Tensor:
+        """Motion (21, B, T, 15), or its `last` samples, from normalized motion, its content feature, the style to wear and the
+        motion's own (batches of B)."""
+        result = self.decoder(content, self.on_way(motion, style), last)
+        if not self.key_poses:
+            return result
+        with torch.autocast(result.device.type, enabled=False):
+            told = self.key_poses.told(motion[:, :, -(last or motion.shape[2]):], own[KEY_POSES])
+            return result + self.key_poses(told, style[KEY_POSES], own[KEY_POSES])
 
     def on_way(self, motion: Tensor, style: Style) -> Style:
         """The style as the decoder wants it for this motion."""

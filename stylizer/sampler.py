@@ -7,12 +7,13 @@ import numpy as np
 
 from sim.features import FEATURES, LAYOUT, STRIDE, WINDOW
 from sim.skeleton import JOINT_COUNT, MIRROR
-from stylizer.dataset import CONTENT_SPAN, LATER, MOVING, STYLE_WINDOW, MotionData, PackedClip
+from stylizer.dataset import CLIP_WINDOW, CONTENT_SPAN, LATER, MOVING, STYLE_WINDOW, MotionData, PackedClip
 from stylizer.matching import LAGS, OTHER_FOOT, best_match, closeness, gait_signal
 
 CROPPING = 0.2  # share of the source windows that are played slower or faster (temporal random cropping, Sec. 3.1)
 PACES = (0.6, 1.6)  # between which they are
 ELSEWHERE = 0.5  # share of the sources whose own style is read from another place of their clip
+ELSEWHERE_STILL = 0.5  # of those, share that is read from another clip of the same manner, as the controller's own style is
 SAME_WAY = 0.15  # m/s and rad/s, added up: clips whose mean ways differ by no more are takes of one action
 LIKE_SPEEDS = 0.5  # share of the targets that move about as fast as their source; the others teach by their exemplars
 
@@ -30,14 +31,14 @@ class Batch:
     """Windows (B, samples, 21, 15) of two clips, source and target.
 
     source ends with the content window; later is that window LATER frames on; own is the source's own style, seen in the
-    source itself or elsewhere in its clip; target is the style to take; exemplar is the same style on the source's way (see
-    `Sampler.exemplar`); match is where the exemplar's clip does what the content window does, match_later what later does;
-    closeness says how much these are worth."""
+    source itself, elsewhere in its clip or in another clip of its manner; target is the style to take; exemplar is the same
+    style on the source's way (see `Sampler.exemplar`); match is where the exemplar's clip does what the content window does,
+    match_later what later does; closeness says how much these are worth."""
 
     source: np.ndarray  # (B, STYLE_WINDOW, ...)
-    own: np.ndarray  # (B, STYLE_WINDOW, ...)
+    own: np.ndarray  # (B, CLIP_WINDOW, ...)
     later: np.ndarray  # (B, WINDOW, ...)
-    target: np.ndarray  # (B, STYLE_WINDOW, ...)
+    target: np.ndarray  # (B, CLIP_WINDOW, ...)
     exemplar: np.ndarray  # (B, STYLE_WINDOW, ...)
     match: np.ndarray  # (B, WINDOW, ...)
     match_later: np.ndarray  # (B, WINDOW, ...)
@@ -54,9 +55,9 @@ class Sampler:
         self.speeds = np.array([clip.speed for clip in data.clips])
         self.gaits: dict[str, np.ndarray] = {}  # of clips that were drawn before
         self.ways: dict[str, np.ndarray] = {}  # likewise
-        self.same_style = defaultdict(list)  # the labelled clips of a style
+        self.alike = defaultdict(list)  # the clips of a manner
         for clip in data.clips:
-            self.same_style[clip.style].append(clip)
+            self.alike[clip.manner].append(clip)
 
     def batch(self, size: int) -> Batch:
         """Random windows, half of them mirrored."""
@@ -71,13 +72,12 @@ class Sampler:
         flip_source, flip_target = (bool(flip) for flip in self.random.random(2) < 0.5)
         pace = self._pace(source)
         end, later = float(self.random.uniform(CONTENT_SPAN * pace, source.frames - 1 - LATER * pace)), LATER * pace
-        own = self.random.uniform(0, source.frames - 1) if self.random.random() < ELSEWHERE else end
         way = self._way(source) * pace * (MIRROR_SIGNS[LAYOUT["root"]] if flip_source != flip_target else 1.0)
         exemplar = self.exemplar(target, way)
-        windows = [*(self._window(source, at, STYLE_WINDOW, pace, flip_source) for at in (end, own)),
+        windows = [self._window(source, end, STYLE_WINDOW, pace, flip_source), self._own(source, end, pace, flip_source),
                    self._window(source, end + later, WINDOW, pace, flip_source),
-                   *(self._window(clip, self.random.uniform(0, clip.frames - 1), STYLE_WINDOW, 1.0, flip_target)
-                     for clip in (target, exemplar))]
+                   *(self._window(clip, self.random.uniform(0, clip.frames - 1), samples, 1.0, flip_target)
+                     for clip, samples in ((target, CLIP_WINDOW), (exemplar, STYLE_WINDOW)))]
         gait = self._gait(source, flip_source)[np.maximum(np.round(end - LAGS * pace), 0).astype(int)]
         match, match_pace, apart = best_match(gait, self._gait(exemplar, flip_target))
         later = LATER * match_pace
@@ -85,13 +85,21 @@ class Sampler:
         fits = match + later <= exemplar.frames - 1
         return *windows, closeness(apart, source.speed * pace, exemplar.speed * match_pace) * fits
 
+    def _own(self, source: PackedClip, end: float, pace: float, flip: bool) -> np.ndarray:
+        """Where the source's own style is read."""
+        if self.random.random() < ELSEWHERE:
+            if source.manner and self.random.random() < ELSEWHERE_STILL:
+                source, pace = self.random.choice(self.alike[source.manner]), 1.0
+            end = self.random.uniform(0, source.frames - 1)
+        return self._window(source, end, CLIP_WINDOW, pace, flip)
+
     def exemplar(self, target: PackedClip, way: np.ndarray) -> PackedClip:
         """A clip of the target's style whose mean way over the floor (see `_way`) is about `way`: how one who runs, backs or
         turns looks in a style that the network is shown walking. The target itself where no label tells the style, and for one
         who stands: labelled clips that stay in place are gestures."""
-        if target.style is None or np.hypot(*way[:2]) < MOVING:
+        if target.manner is None or np.hypot(*way[:2]) < MOVING:
             return target
-        clips = self.same_style[target.style]
+        clips = self.alike[target.manner]
         apart = {clip.name: np.abs(self._way(clip) - way).sum() for clip in clips}
         limit = min(apart.values()) + SAME_WAY
         if apart[target.name] <= limit:  # what the network is shown is the best lesson in it

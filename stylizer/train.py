@@ -32,6 +32,7 @@ SECOND_MOMENT = 0.99  # beta_2 of RAdam
 MIXING = 0.5  # probability that some parts keep the source's style (gamma of Alg. 1)
 CHECKPOINT_SECONDS = 240
 LOG_EVERY = 50  # steps
+FIRST_CLIPS = 256  # from whose poses key poses start
 HELD_OUT_BATCHES = 8
 PATIENCE = timedelta(minutes=10)  # of a process for the others
 
@@ -119,6 +120,9 @@ class Trainer:
         self.sampler = Sampler(data.split(held_out=False), seed)
         self.model = MotionPuzzle(config)
         self.model.set_statistics(*statistics(Sampler(data.split(held_out=False), seed)))
+        if config.key_poses:
+            clips = Sampler(data.split(held_out=False), seed).batch(FIRST_CLIPS).target
+            self.model.key_poses.begin(self.model.normalize(torch.from_numpy(clips)))
         self.model.to(self.device)
         self.objective = Objective(self.model, recipe)
         if distributed.is_initialized():  # gives every process the first one's network

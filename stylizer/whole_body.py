@@ -89,13 +89,19 @@ def completed(content: np.ndarray, axes: np.ndarray, hips: np.ndarray | None) ->
         positions[..., 1] += np.subtract(*lowest)[..., None]
     result = content.copy()
     result[..., LAYOUT["position"]], result[..., LAYOUT["rotation"]] = positions, rot.to_6d(rotations)
-    turn = content[..., 1:, 0, LAYOUT["root"]][..., 2] * STRIDE / FPS
-    before = rot.rotate(rot.from_yaw(-turn)[..., None, :], positions[..., :-1, :, :])  # in the frame of one sample on
-    velocity = (positions[..., 1:, :, :] - before) * FPS / STRIDE
+    velocity = velocities(content, positions)
     result[..., 1:, :, LAYOUT["velocity"]] = velocity
     if velocity.shape[-3]:
         result[..., 0, :, LAYOUT["velocity"]] = velocity[..., 0, :, :]
     return result
+
+
+def velocities(content: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """(..., T - 1, 21, 3) of joint positions (..., T, 21, 3) at 30 Hz, the root turning as the content's features
+    (..., T, 21, 15) say."""
+    turn = content[..., 1:, 0, LAYOUT["root"]][..., 2] * STRIDE / FPS
+    before = rot.rotate(rot.from_yaw(-turn)[..., None, :], positions[..., :-1, :, :])  # in the frame of one sample on
+    return (positions[..., 1:, :, :] - before) * FPS / STRIDE
 
 
 def joints_by_code(wanted: Sequence[tuple | None]) -> dict[tuple, np.ndarray]:

@@ -7,12 +7,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sim.features import STRIDE
+from sim.features import LAYOUT, STRIDE
 from sim.pose import Pose
 from sim.worn import Worn
 from stylizer.live import LiveStylizer
 from stylizer.wearer import Wearer
-from stylizer.whole_body import answers, joints_by_code, together
+from stylizer.whole_body import answers, joints_by_code, together, velocities
 
 
 class WholeBodyStylizer(LiveStylizer):
@@ -48,13 +48,18 @@ class WholeBodyStylizer(LiveStylizer):
 
     def _restyled(self, windows: np.ndarray, asking: list[int]) -> np.ndarray:
         past = np.stack([sample.reshape(-1, *sample.shape[-2:])[asking] for sample in list(self._past)[::STRIDE]], axis=1)
-        return np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, asking)])
+        result = np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, asking)])
+        # Of the stream, from the answer a sample ago: a window's last two samples see its edge too differently to tell.
+        before = np.where(self._known[asking, None, None], self._answers[asking], result)
+        positions = np.stack([before, result], axis=1)[..., LAYOUT["position"]]
+        result[..., LAYOUT["velocity"]] = velocities(past[:, -2:], positions)[:, 0]
+        return result
 
     def _last(self, past: np.ndarray, wearer: Wearer) -> np.ndarray:
         """The last sample (21, 15) of a character's past (T, 21, 15), each part as the answer in its own style says."""
         joints = joints_by_code([(part.name, part.other, part.share) if part.strength else None for part in wearer.parts])
         codes = torch.stack([self._code(*look) for look in joints])
-        last = answers(self.bank.model, past[None], codes, last=2)[:, -1]
+        last = answers(self.bank.model, past[None], codes, last=1)[:, -1]
         return together(past[-1], dict(zip(joints, last)), joints)
 
     def _code(self, name: str, other: str, share: float) -> Tensor:

@@ -9,7 +9,7 @@ import torch
 from sim import rotations as rot
 from sim.features import STRIDE, WINDOW, clip_features, rotations_of
 from sim.kinematics import forward_kinematics as numpy_kinematics
-from stylizer.dataset import LATER, STYLE_WINDOW
+from stylizer.dataset import CLIP_WINDOW, LATER, STYLE_WINDOW
 from stylizer.losses import OURS, PAPER, Inputs, _seen_later, forward_kinematics, imitated, losses
 from stylizer.motion_puzzle import CONFIGS, FULL, PAPER_SLIM, SLIM, MotionPuzzle, mix_parts
 from tests.sim.walker import walking_clip
@@ -53,7 +53,7 @@ def test_the_full_network_is_table_3():
         assert [tuple(f.shape) for f in features] == [(21, 1, 32, 128), (10, 1, 16, 256), (5, 1, 8, 512)]
         content = model.content_encoder(model.normalize(motion(0, 1)))
         assert content.shape == (5, 1, 4, 512)
-        assert model.decoder(content, model.decoder.style_side(style, features)).shape == (21, 1, 16, 15)
+        assert model.decoder(content, model.decoder.style_side(features)).shape == (21, 1, 16, 15)
 
 
 def test_the_papers_slim_network_has_no_residual_blocks_and_two_style_nets():
@@ -78,7 +78,7 @@ def test_relative_tells_what_is_lost_in_its_own_style(model):
     content = model.normalize(motion(0))
     styled, rebuilt = model(content, style, own)
     for answer, worn in ((styled, style), (rebuilt, own)):
-        assert torch.allclose(answer, model.decoder(model.content_encoder(content), model.on_way(content, worn)), atol=1e-5)
+        assert torch.allclose(answer, model.answer(content, model.content_encoder(content), worn, own), atol=1e-5)
 
 
 def test_the_way_over_the_floor_has_a_say_though_normalization_takes_it_out():
@@ -147,14 +147,14 @@ def test_the_imitated_motion_takes_turns_from_the_match_and_the_way_from_the_con
 def test_one_batch_is_learned(recipe, learned):
     torch.manual_seed(0)
     ours = recipe is OURS
-    model = MotionPuzzle(replace(SLIM, stem=16, channels=(16, 16, 32), relative=ours, way=8 * ours, posture=False))
+    model = MotionPuzzle(replace(SLIM, stem=16, channels=(16, 16, 32), relative=ours, way=8 * ours, key_poses=0))
     shift = torch.randn(21, 2, 1, 15)
 
     def wave(end, samples, of=torch.sin):
         return of(0.2 * (end - STRIDE * torch.arange(samples - 1, -1, -1.0))[:, None]) + shift
 
-    target = wave(10, STYLE_WINDOW, torch.cos) + 0.5
-    inputs = Inputs(wave(60, STYLE_WINDOW), wave(60, STYLE_WINDOW), wave(60 + LATER, WINDOW), target, target,
+    target = wave(10, CLIP_WINDOW, torch.cos) + 0.5
+    inputs = Inputs(wave(60, STYLE_WINDOW), wave(60, CLIP_WINDOW), wave(60 + LATER, WINDOW), target, target,
                     target[:, :, -WINDOW:], target[:, :, -WINDOW:], torch.ones(2), torch.ones(5, 2, dtype=torch.bool))
     optimizer = torch.optim.Adam(model.parameters(), 5e-3)
     history = []

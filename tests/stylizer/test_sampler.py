@@ -7,7 +7,7 @@ import pytest
 
 from sim.features import LAYOUT, clip_features
 from stylizer import sampler as sampling
-from stylizer.dataset import LATER, MotionData, PackedClip
+from stylizer.dataset import LATER, STYLE_WINDOW, MotionData, PackedClip
 from stylizer.sampler import Sampler, mirrored
 from tests.sim.walker import SPEED, walking_clip
 
@@ -34,7 +34,7 @@ def test_windows_end_where_they_should(monkeypatch):
     assert np.allclose(np.diff(batch.later[:, :, 0, 1], axis=1), 2, atol=1e-4)
     assert np.allclose(batch.later[:, :, 0, 1], batch.source[:, -16:, 0, 1] + LATER, atol=1e-4)
     assert batch.later[:, -1, 0, 1].max() <= 99
-    same = np.isclose(batch.own, batch.source, atol=1e-4).all(axis=(1, 2, 3))
+    same = np.isclose(batch.own[:, -STYLE_WINDOW:], batch.source, atol=1e-4).all(axis=(1, 2, 3))
     assert 0.3 < same.mean() < 0.7
 
 
@@ -83,3 +83,15 @@ def test_the_exemplar_goes_the_sources_way_in_the_targets_style():
     assert np.allclose(batch.exemplar[:, 0, 0, 1], batch.target[:, 0, 0, 1])  # the style's height
     straight = np.abs(batch.source[:, 0, 0, 14]) < 0.1
     assert 0.2 < straight.mean() < 0.8 and np.allclose(batch.exemplar[straight, 0, 0, 14], 0)  # the source's way
+
+
+def test_own_styles_are_also_read_where_the_same_person_does_something_else(monkeypatch):
+    monkeypatch.setattr(sampling, "ELSEWHERE", 1.0)
+    monkeypatch.setattr(sampling, "ELSEWHERE_STILL", 1.0)
+    data = data_of(*(np.full((60, 21, 15), value, np.float32) for value in range(4)))
+    names = ("a/dataset-1_walk_old_001", "a/dataset-1_run_old_002", "a/dataset-1_walk_sad_001", "a/bow")
+    data.clips = [replace(clip, name=name) for clip, name in zip(data.clips, names)]
+    batch = Sampler(data, seed=0).batch(60)
+    heights = zip(batch.source[:, 0, 0, 1], batch.own[:, 0, 0, 1])
+    pairs = {tuple(np.round(pair).astype(int)) for pair in heights}
+    assert pairs == {(0, 0), (0, 1), (1, 0), (1, 1), (2, 2), (3, 3)}

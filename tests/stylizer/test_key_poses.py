@@ -1,0 +1,81 @@
+"""Key poses: a style's pose at the moment the content is in, however far apart the two styles are."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from sim.features import clip_features
+from stylizer.blend import interpolated
+from stylizer.key_poses import BODY, ROOT, KeyPoses
+from stylizer.motion_puzzle import KEY_POSES, SLIM, MotionPuzzle, mix_parts
+from tests.sim.walker import walking_clip
+
+
+def clip(shift=0.0, scale=1.0, start=0, samples=64):
+    """A walk (21, 1, samples, 15) at 30 Hz in a style of its own: every joint displaced, and livelier."""
+    motion = torch.from_numpy(clip_features(walking_clip(240)).astype(np.float32))[start:start + 2 * samples:2]
+    motion = motion.permute(1, 0, 2)[:, None].clone()
+    mean = motion[..., BODY].mean(2, keepdim=True)
+    displaced = torch.randn(21, 1, 1, 12, generator=torch.Generator().manual_seed(3))
+    styled = mean + scale * (motion[..., BODY] - mean) + shift * displaced
+    return torch.cat([styled, motion[..., ROOT]], dim=-1)
+
+
+@pytest.fixture
+def poses():
+    torch.manual_seed(0)
+    poses = KeyPoses(32)
+    poses.begin(clip())
+    return poses
+
+
+def put_on(poses, content, style, own):
+    return poses(poses.told(content, own), style, own)
+
+
+@torch.inference_mode()
+def test_the_style_arrives_at_the_contents_own_moment(poses):
+    """Told without training, from moments that are poses of a walk: another part of the walk, in another style."""
+    own, other = clip(), clip(shift=0.3, scale=1.4)
+    content, wanted = clip(start=37, samples=16), clip(shift=0.3, scale=1.4, start=37, samples=16)
+    styles = [poses.style_side(each) for each in (own, other)]
+    restyled = content + put_on(poses, content, styles[1], styles[0]) - put_on(poses, content, styles[0], styles[0])
+    error, of_mean_posture = ((each - wanted)[..., BODY].abs().mean() for each in
+                      (restyled, content + other.mean(2, keepdim=True) - own.mean(2, keepdim=True)))
+    assert error < 2 / 3 * of_mean_posture < 2 / 3 * (content - wanted)[..., BODY].abs().mean()
+
+
+@torch.inference_mode()
+def test_the_way_over_the_floor_is_left_alone(poses):
+    own, other = (poses.style_side(clip(shift)) for shift in (0.0, 0.3))
+    assert not put_on(poses, clip(samples=16), other, own)[..., ROOT].any()
+
+
+@torch.inference_mode()
+def test_a_style_is_the_same_however_often_its_clip_is_repeated(poses):
+    once, twice = poses.style_side(clip()), poses.style_side(clip().repeat(1, 1, 2, 1))
+    assert torch.allclose(once.bias, twice.bias, atol=1e-4) and torch.allclose(once.scale, twice.scale, atol=1e-4)
+
+
+@torch.inference_mode()
+def test_a_blend_of_two_styles_is_the_blend_of_what_they_put_on(poses):
+    content, own = clip(samples=16), poses.style_side(clip())
+    two = [poses.style_side(clip(shift, scale)) for shift, scale in ((0.3, 1.4), (-0.5, 0.7))]
+    blend = interpolated(*({KEY_POSES: style} for style in two), [0.25] * 5)[KEY_POSES]
+    first, second = (put_on(poses, content, style, own) for style in two)
+    assert torch.allclose(put_on(poses, content, blend, own), 0.75 * first + 0.25 * second, atol=1e-4)
+
+
+@torch.inference_mode()
+def test_parts_that_keep_their_own_style_are_not_touched_by_the_others():
+    torch.manual_seed(0)
+    model = MotionPuzzle(replace(SLIM, key_poses=32))
+    model.key_poses.begin(clip())
+    own, other = (model.encode_style(motion[:, :, -32:], motion) for motion in (clip(), clip(0.3, 1.4)))
+    arm = torch.zeros(5, 1, dtype=torch.bool)
+    arm[3] = True
+    styled, rebuilt = model(clip(samples=16), mix_parts(own, other, arm), own)
+    moved = (styled - rebuilt).abs().amax(dim=(1, 2, 3)) > 1e-6  # the network itself begins with nothing to add
+    assert set(torch.nonzero(moved).flatten().tolist()) <= set(range(13, 17)) and moved.any()
