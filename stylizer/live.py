@@ -44,7 +44,7 @@ FLOOR_HALFLIFE = 0.08  # seconds, for the height that all legs are lengthened or
 DT = 1 / FPS
 GROUP = 16  # characters, of whom half are asked for at a time: so many windows at once are quickest, for they stay in the caches
 KEPT = 3  # joined styles that are kept for a group: of its halves, and of a frame between in which a style changes
-LOST_SHARE = 1 - decay(1.0, STRIDE * DT)  # of an answer in that average: a half-life of a second
+LOST_SHARE = 1 - decay(1.0, STRIDE * DT)  # of an answer in the average of what is lost: a half-life of a second, once it is past
 
 
 class LiveStylizer:
@@ -89,7 +89,7 @@ class LiveStylizer:
         self.raised, self.raised_rate = np.zeros((2, *self._leading))  # what legs are shortened by, feet under the styled hips
         self._answers = np.zeros((count, JOINT_COUNT, FEATURES))  # the network's own, when each was last asked for
         self._newest = np.zeros((count, len(PART_OF_ROW), 3))  # the same as rows
-        self._lost, self._known = np.zeros((count, JOINT_COUNT, FEATURES)), np.zeros(count, bool)
+        self._lost, self._asked = np.zeros((count, JOINT_COUNT, FEATURES)), np.zeros(count, int)  # on average; how often asked
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
         """window: features (..., 16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn), of a crowd one for
@@ -115,7 +115,7 @@ class LiveStylizer:
     @property
     def answer(self) -> np.ndarray | None:
         """The network's own when it was last asked: features (..., 21, 15); None before."""
-        return self._answers.reshape(*self._leading, *self._answers.shape[1:]) if self._known.all() else None
+        return self._answers.reshape(*self._leading, *self._answers.shape[1:]) if self._asked.all() else None
 
     def take_over(self, other: "LiveStylizer") -> None:
         """Goes on from another stylizer's last step: strengths are kept, and the pose glides from its styles to ours. A part
@@ -169,7 +169,7 @@ class LiveStylizer:
         frame."""
         with torch.inference_mode():
             answer = self._restyled(windows, asking)
-        self._known[asking] = True
+        self._asked[asking] += 1
         self._answers = self._answers.copy()
         self._answers[asking] = answer
         return asked(answer, windows[:, -1])
@@ -179,8 +179,8 @@ class LiveStylizer:
         answer, rebuilt = self._network(windows, self._styles(asking), self._own(len(asking)))
         if rebuilt is not None:  # what the decoder loses of the neutral movement goes on top, but not what is lost steadily
             lost = windows[:, -1] - rebuilt
-            before = np.where(self._known[asking, None, None], self._lost[asking], lost)
-            self._lost[asking] = before + (lost - before) * LOST_SHARE
+            share = np.maximum(1 / (1 + self._asked[asking]), LOST_SHARE)[:, None, None]  # at first the mean of all
+            self._lost[asking] += (lost - self._lost[asking]) * share
             answer = answer + (lost - self._lost[asking])
         return answer
 

@@ -50,7 +50,7 @@ class WholeBodyStylizer(LiveStylizer):
         past = np.stack([sample.reshape(-1, *sample.shape[-2:])[asking] for sample in list(self._past)[::STRIDE]], axis=1)
         result = np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, asking)])
         # Of the stream, from the answer a sample ago: a window's last two samples see its edge too differently to tell.
-        before = np.where(self._known[asking, None, None], self._answers[asking], result)
+        before = np.where(self._asked[asking, None, None] > 0, self._answers[asking], result)
         positions = np.stack([before, result], axis=1)[..., LAYOUT["position"]]
         result[..., LAYOUT["velocity"]] = velocities(past[:, -2:], positions)[:, 0]
         return result
