@@ -65,7 +65,8 @@ ADDED = {"style_statistics": 2, "own_ends": True, "key_poses": 96, "way": 32, "r
 LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
 SLIM = replace(PAPER_SLIM, stem=16, channels=(32, 64, 128), **ADDED)  # what is shipped
 CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "large": LARGE, "slim": SLIM,
-           "no_attention": replace(SLIM, attention=False), "whole_body_adain": replace(SLIM, by_part=False)}
+           "no_key_poses": replace(SLIM, key_poses=0), "no_attention": replace(SLIM, attention=False),
+           "whole_body_adain": replace(SLIM, by_part=False)}
 
 
 Style = dict[int, PartStyle]  # by number of the decoder's block
