@@ -22,11 +22,12 @@ from sim.command import Command, Commands
 from sim.latency import Latency, percentiles
 from sim.session import Session
 from sim.skeleton import PART_NAMES
-from stylizer.motion_puzzle import CONFIGS, MotionPuzzle
+from stylizer.configs import CONFIGS
+from stylizer.motion_puzzle import MotionPuzzle
 
 WARM_UP = 2 * FPS  # frames that are stepped before anything counts
 TURNS = 40  # at most: the run is cut into so many, and each thing that is measured has its part in every one
-RIVALS = {"full": 1, "paper_slim": 2}  # of stylizer.motion_puzzle.CONFIGS: times each is asked in a turn
+RIVALS = {"full": 1, "paper_slim": 2}  # of stylizer.configs.CONFIGS: times each is asked in a turn
 RIVAL_WINDOW = 32  # samples: the window of the paper's real-time system
 CROWDS = (1, 4, 16, 64)
 CROWD_STEPS = 128  # characters' frames of each crowd in one of its turns

@@ -16,6 +16,7 @@ from sim.folders import data_folder
 from sim.retarget import load_clip
 from sim.skeleton import JOINT_COUNT, skeleton_hash
 from stylizer import weights
+from stylizer.blend import Style
 from stylizer.layers import PartStyle
 from stylizer.motion_puzzle import MotionPuzzle
 
@@ -26,9 +27,6 @@ WINDOWS = 3  # spread over the clip; as many for every style, so that the parts 
 SHORTEST = WINDOW * STRIDE  # frames, about a second: one gait cycle
 NAME_LENGTH = 40
 NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{NAME_LENGTH - 1}}}")
-
-Style = dict[int, PartStyle]  # by level of the decoder, batch of one
-
 
 def user_folder() -> Path:
     """Where the user's own styles live."""

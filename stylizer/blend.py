@@ -1,13 +1,14 @@
-"""Styles put together from styles: each body part its own, and two of them blended."""
+"""Styles put together from styles: each body part its own, two of them blended, many side by side in a batch."""
 
 from math import lcm
 from typing import Sequence
 
 import torch
+from torch import Tensor
 
 from stylizer.layers import PartStyle
 
-Style = dict[int, PartStyle]  # by level of the decoder, batch of one
+Style = dict[int, PartStyle]  # by number of the decoder's block
 
 
 def side_by_side(styles: Sequence[Style]) -> Style:
@@ -43,3 +44,24 @@ def put(style: Style, together: Style, place: int) -> None:
     for level, parts in style.items():
         for one, all_of_them in zip(parts, together[level]):
             all_of_them[:, place] = one[:, 0]
+
+
+def mix_parts(own: Style, other: Style, use_other: Tensor) -> Style:
+    """Each part from one style or the other (Alg. 1). use_other: (5, B) of bool."""
+    pick = use_other[:, :, None]
+    return {level: PartStyle(*(torch.where(pick if a.dim() == 3 else pick[..., None], b, a)
+                               for a, b in zip(own[level], other[level])))
+            for level in own}
+
+
+def joined(styles: list[Style]) -> Style:
+    """Styles of several batches as those of one."""
+    return {level: PartStyle(*(torch.cat(ts, dim=1) for ts in zip(*(style[level] for style in styles))))
+            for level in styles[0]}
+
+
+def halves(styles: Style) -> tuple[Style, Style]:
+    """The styles of the first and of the second half of a batch."""
+    size = next(iter(styles.values())).scale.shape[1] // 2
+    return tuple({level: PartStyle(*(t[:, half] for t in style)) for level, style in styles.items()}
+                 for half in (slice(size), slice(size, None)))

@@ -11,9 +11,10 @@ import torch
 from sim.features import FEATURES
 from sim.skeleton import PARTS
 from stylizer.blend import Style
+from stylizer.configs import KEY_POSES, Config
 from stylizer.key_poses import BODY, QUIET, ROOT, ROOT_SIZE, KeyPoses
 from stylizer.layers import EPSILON, JointLinear, PartStyle, Pool, STConv
-from stylizer.motion_puzzle import KEY_POSES, BPStyleNet, Config, MotionPuzzle
+from stylizer.motion_puzzle import BPStyleNet, MotionPuzzle
 
 KEPT = 16  # styles whose numbers are kept at hand
 Answer = tuple[np.ndarray, np.ndarray | None]  # features (batch, 21, 15) in a style, and in their own where that is asked

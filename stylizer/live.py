@@ -21,9 +21,8 @@ from sim.springs import decay, spring_step
 from sim.worn import Worn, names
 from stylizer.attention import attention_map
 from stylizer.bank import Bank
-from stylizer.blend import Style, for_batch, put, side_by_side
+from stylizer.blend import Style, for_batch, joined, put, side_by_side
 from stylizer.last_sample import live_form
-from stylizer.motion_puzzle import joined
 from stylizer.turns import (
     ARM_PARTS,
     PART_OF_ROW,

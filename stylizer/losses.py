@@ -8,9 +8,10 @@ from torch import Tensor
 
 from sim.features import HELD, LAYOUT, STRIDE, WINDOW
 from sim.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, GROUPS, JOINT_COUNT, PARENTS, PART_NAMES, PART_OF_JOINT
+from stylizer.blend import halves, joined, mix_parts
 from stylizer.blocks import NEWEST, newest
 from stylizer.dataset import LATER, STYLE_WINDOW
-from stylizer.motion_puzzle import MotionPuzzle, halves, joined, mix_parts
+from stylizer.motion_puzzle import MotionPuzzle
 
 LIVELINESS = 2.0  # what a joint's deviation over time counts in `posture`, where its mean counts 1
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics

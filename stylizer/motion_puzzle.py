@@ -1,75 +1,19 @@
 """Motion Puzzle (Jang et al., ACM TOG 41(3), 2022): style transfer by body part. Table 3 and the real-time system's form.
 
-Feature maps are (vertex, batch, time, channel). The names of `CONFIGS` are what training, evaluation and bench know.
+Feature maps are (vertex, batch, time, channel). What can be set, and the forms that have names: stylizer/configs.py.
 """
-
-from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor, nn
 
 from sim.features import FEATURES, LAYOUT
-from sim.skeleton import JOINT_COUNT, PARTS
+from sim.skeleton import PARTS
+from stylizer.blend import Style, joined
+from stylizer.configs import KEY_POSES, RESIDUAL, Config
 from stylizer.graph import LEVELS
-from stylizer.key_poses import KeyPoses
-from stylizer.layers import BPATN, BPAdaIN, JointLinear, PartStyle, Pool, STConv, Unpool, leaky, normalized
+from stylizer.key_poses import ROOT_SIZE, KeyPoses
+from stylizer.layers import BPATN, PartStyle, Pool, STConv, Unpool, leaky, normalized
 from stylizer.scaling import Scaled
-
-ROOT_SIZE = LAYOUT["root"].stop - LAYOUT["root"].start
-KEY_POSES = 0  # a style's key poses are kept under this number
-RESIDUAL = 4  # the decoder's residual block above G3 takes its style under this number
-
-
-@dataclass(frozen=True)
-class Config:
-    stem: int = 64  # channels of the 1x1 convolutions at both ends
-    channels: tuple[int, ...] = (128, 256, 512)  # at G1, G2, G3
-    distances: tuple[int, ...] = (3, 2, 2)  # K, the farthest hop that a spatial convolution sees, at G1, G2, G3
-    taps: tuple[int, ...] = (7, 5, 5)  # samples that a temporal convolution sees, at G1, G2, G3
-    residual_taps: int = 3  # the same in the residual blocks at G3; 0: no residual blocks
-    style_levels: tuple[int, ...] = (3, 2, 1)  # levels of the decoder that have a BP-StyleNet, coarse to fine
-    style_statistics: int = 1  # what BP-AdaIN's scale and bias are made of: 1 the style's mean, 2 its deviation too
-    by_part: bool = True  # BP-AdaIN; False: AdaIN over the whole body (Sec. 7.2)
-    attention: bool = True  # BP-ATN (Sec. 7.2)
-    own_ends: bool = False  # each joint has weights of its own in the 1x1 convolutions at both ends
-    key_poses: int = 0  # moments whose key poses are put on directly, joint by joint; the network makes what is missing
-    way: int = 0  # hidden units by which the content's way over the floor has a say in BP-AdaIN; 0: none
-    relative: bool = False  # what the decoder loses of the content's own movement is measured, to be put back
-
-    def conv(self, level: int, channels_in: int, channels_out: int, taps: int = 0) -> STConv:
-        """A spatial-temporal convolution on graph G_level with this table's kernel."""
-        return STConv(LEVELS[level], channels_in, channels_out, self.distances[level - 1], taps or self.taps[level - 1])
-
-    def adain(self, level: int) -> BPAdaIN:
-        """BP-AdaIN on graph G_level."""
-        return BPAdaIN(LEVELS[level], self.width(level), self.by_part, self.style_statistics)
-
-    def end(self, channels_in: int, channels_out: int) -> nn.Module:
-        """The 1x1 convolution at either end."""
-        return JointLinear(JOINT_COUNT, channels_in, channels_out) if self.own_ends else nn.Linear(channels_in, channels_out)
-
-    def width(self, level: int) -> int:
-        """Channels at G_level; G_0 is the stem."""
-        return self.channels[level - 1] if level else self.stem
-
-    @property
-    def styled(self) -> tuple[int, ...]:
-        """The numbers under which the decoder takes in a style."""
-        return (*self.style_levels, *([RESIDUAL] if self.residual_taps else []), *([KEY_POSES] if self.key_poses else []))
-
-
-FULL = Config()  # Table 3
-PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, App. A.1: the paper's real-time system
-# What measurement added to the paper's networks.
-ADDED = {"style_statistics": 2, "own_ends": True, "key_poses": 96, "way": 32, "relative": True}
-LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
-SLIM = replace(PAPER_SLIM, stem=16, channels=(32, 64, 128), **ADDED)  # what is shipped
-CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "large": LARGE, "slim": SLIM,
-           "no_key_poses": replace(SLIM, key_poses=0), "no_attention": replace(SLIM, attention=False),
-           "whole_body_adain": replace(SLIM, by_part=False)}
-
-
-Style = dict[int, PartStyle]  # by number of the decoder's block
 
 
 class ResBlock(nn.Module):
@@ -293,27 +237,6 @@ class MotionPuzzle(Scaled):
     def on_way(self, motion: Tensor, style: Style) -> Style:
         """The style as the decoder wants it for this motion."""
         return self.way(motion, style) if self.way else style
-
-
-def mix_parts(own: Style, other: Style, use_other: Tensor) -> Style:
-    """Each part from one style or the other (Alg. 1). use_other: (5, B) of bool."""
-    pick = use_other[:, :, None]
-    return {level: PartStyle(*(torch.where(pick if a.dim() == 3 else pick[..., None], b, a)
-                               for a, b in zip(own[level], other[level])))
-            for level in own}
-
-
-def joined(styles: list[Style]) -> Style:
-    """Styles of several batches as those of one."""
-    return {level: PartStyle(*(torch.cat(ts, dim=1) for ts in zip(*(style[level] for style in styles))))
-            for level in styles[0]}
-
-
-def halves(styles: Style) -> tuple[Style, Style]:
-    """The styles of the first and of the second half of a batch."""
-    size = next(iter(styles.values())).scale.shape[1] // 2
-    return tuple({level: PartStyle(*(t[:, half] for t in style)) for level, style in styles.items()}
-                 for half in (slice(size), slice(size, None)))
 
 
 def _tail(conv: STConv, x: Tensor, last: int | None, reach: int) -> Tensor:

@@ -21,9 +21,10 @@ from sim.atomic import replacing
 from sim.skeleton import PARTS
 from sim.sources import commit, credit
 from stylizer import bundled, codes, systems, weights
+from stylizer.configs import CONFIGS, Config
 from stylizer.dataset import MotionData, pack
 from stylizer.losses import OURS, RECIPES, Inputs, Recipe, losses
-from stylizer.motion_puzzle import CONFIGS, Config, MotionPuzzle
+from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.sampler import Batch, Sampler, statistics
 
 DECAY_FROM = 0.5  # share of the time after which the learning rate falls along a cosine, to FINAL_RATE of it
@@ -40,13 +41,13 @@ T = TypeVar("T")
 
 
 def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1,
-          network: str = weights.SLIM, recipe: str = "ours", leave_out: Sequence[str] = ()) -> Path:
+          network: str = weights.SLIM, recipe: str = "ours", leave_out: Sequence[str] = (), steps: int | None = None) -> Path:
     """Trains on every BVH under data_dir; writes pack, checkpoint, curve (CSV, PNG), weights and styles under out_dir.
 
-    network and recipe: names of `motion_puzzle.CONFIGS` and `losses.RECIPES`; a network of `systems.NETWORKS` has a recipe of
-    its own. Stops after `minutes` of training in all; `resume` goes on from the checkpoint exactly where it stopped, random
-    numbers included. leave_out: words; clips with one of them in their name are not learned from. Under torchrun every process
-    draws its own windows and the first one writes.
+    network and recipe: names of `configs.CONFIGS` and `losses.RECIPES`; a network of `systems.NETWORKS` has a recipe of
+    its own. Stops after `minutes` of training in all, or `steps` where networks are to be compared that cost unlike; `resume`
+    goes on from the checkpoint exactly where it stopped, random numbers included. leave_out: words; clips with one of them in
+    their name are not learned from. Under torchrun every process draws its own windows and the first one writes.
     Returns the weight file's path. Raises ValueError for unknown names and where the folder holds nothing to learn from."""
     data_dir, out_dir = Path(data_dir), Path(out_dir)
     make = trainer_of(network, recipe)
@@ -62,18 +63,24 @@ def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = Fal
         checkpoint, path = out_dir / "checkpoint.pt", out_dir / f"{network}.safetensors"
         if resume:
             trainer.restore(checkpoint)
-        budget, saved = minutes * 60, trainer.spent
-        with tqdm(total=round(budget), initial=round(trainer.spent), unit="s", desc="train stylizer", disable=rank > 0) as bar:
-            while trainer.spent < budget:
-                terms = trainer.update(trainer.spent / budget)
-                bar.n = min(round(trainer.spent), bar.total)
+        budget, unit = (steps, " steps") if steps else (minutes * 60, "s")
+
+        def done() -> float:
+            return trainer.step if steps else trainer.spent
+
+        saved = trainer.spent
+        with tqdm(total=round(budget), initial=round(done()), unit=unit, desc="train stylizer", disable=rank > 0) as bar:
+            while done() < budget:
+                terms = trainer.update(done() / budget)
+                bar.n = min(round(done()), bar.total)
                 bar.set_postfix_str(" ".join(f"{key} {value:.3f}" for key, value in terms.items()))
                 bar.update(0)
-                if rank == 0 and (trainer.spent - saved > CHECKPOINT_SECONDS or trainer.spent >= budget):
+                if rank == 0 and (trainer.spent - saved > CHECKPOINT_SECONDS or done() >= budget):
                     saved = trainer.spent
                     trainer.log(out_dir / "curve.csv")
                     trainer.keep(checkpoint)
-                    command = f"patchwalk train stylizer --minutes {minutes:g} --network {network} --recipe {recipe}"
+                    until = f"--steps {steps}" if steps else f"--minutes {minutes:g}"
+                    command = f"patchwalk train stylizer {until} --network {network} --recipe {recipe}"
                     left_out = f" --leave-out {' '.join(leave_out)}" if leave_out else ""
                     trainer.save_weights(path, data_dir, command + left_out)
         if rank == 0:

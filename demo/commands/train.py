@@ -14,12 +14,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--data", type=Path, default=Path("../shared/mocap"), metavar="DIR",
                         help="a folder of BVH files, searched to any depth (default: %(default)s)")
     parser.add_argument("--minutes", type=_minutes, metavar="M", help="when to stop (default: enough for that model)")
+    parser.add_argument("--steps", type=_steps, metavar="N",
+                        help="stylizer only: stop after so many steps, however long they take, to compare networks")
     parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the output folder")
     parser.add_argument("--out", type=Path, metavar="DIR",
                         help="where weights, checkpoint and curve go (default: runs/MODEL)")
     parser.add_argument("--network", metavar="NAME",
-                        help="stylizer only: slim (default), full, paper_slim, or an ablation: no_key_poses, no_attention, whole_body_adain; "
-                             "or another system: unpaired, diverse, latent, latent_unlabelled, latent_vae")
+                        help="stylizer only: slim (default), full, paper_slim, or an ablation: no_key_poses, no_attention, "
+                             "whole_body_adain; or another system: unpaired, diverse, latent, latent_unlabelled, latent_vae")
     parser.add_argument("--recipe", metavar="NAME", help="stylizer only: ours (default) or paper, its losses alone")
     parser.add_argument("--leave-out", nargs="+", metavar="WORD",
                         help="stylizer only: clips with one of these words in their name are not learned from")
@@ -38,9 +40,13 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError(f"{out} holds a run already; go on with --resume, or choose another folder with --out")
     if args.resume and not started:
         raise ValueError(f"{out} holds no run to go on with; leave --resume out, or name its folder with --out")
-    chosen = {name: getattr(args, name) for name in ("network", "recipe", "leave_out") if getattr(args, name) is not None}
+    named = ("network", "recipe", "leave_out", "steps")
+    chosen = {name: getattr(args, name) for name in named if getattr(args, name) is not None}
     if chosen and args.model != "stylizer":
-        raise ValueError(f"the {args.model} has one form and one recipe: leave --{next(iter(chosen)).replace('_', '-')} out")
+        wrong = next(iter(chosen)).replace("_", "-")
+        raise ValueError(f"the {args.model} has one form, one recipe and its clock: leave --{wrong} out")
+    if args.minutes and args.steps:
+        raise ValueError("training stops after some minutes or after some steps: leave --minutes or --steps out")
     if args.minutes is not None:
         chosen["minutes"] = args.minutes
     print(f"wrote {importlib.import_module(f'{args.model}.train').train(args.data, out, resume=args.resume, **chosen)}")
@@ -52,3 +58,10 @@ def _minutes(text: str) -> float:
     if not 0 < minutes < 1e6:
         raise argparse.ArgumentTypeError(f"{text} is no number of minutes above 0")
     return minutes
+
+
+def _steps(text: str) -> int:
+    steps = int(text) if text.isdecimal() else 0
+    if not 0 < steps < 1e9:
+        raise argparse.ArgumentTypeError(f"{text} is no number of steps above 0")
+    return steps

@@ -10,7 +10,8 @@ from sim import bvh
 from sim.features import clip_features
 from stylizer import weights
 from stylizer.bank import Bank, encode, style_windows, write
-from stylizer.motion_puzzle import SLIM, MotionPuzzle
+from stylizer.configs import SLIM
+from stylizer.motion_puzzle import MotionPuzzle
 from tests.sim.walker import walking_clip
 
 TINY = replace(SLIM, stem=8, channels=(8, 8, 8))

@@ -7,7 +7,8 @@ import torch
 from sim.skeleton import PART_NAMES
 from stylizer.attention import attention_map
 from stylizer.bank import WINDOW, WINDOWS, encode
-from stylizer.motion_puzzle import Config, MotionPuzzle
+from stylizer.configs import Config
+from stylizer.motion_puzzle import MotionPuzzle
 
 
 @pytest.fixture(scope="module")

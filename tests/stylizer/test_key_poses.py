@@ -7,9 +7,10 @@ import pytest
 import torch
 
 from sim.features import clip_features
-from stylizer.blend import interpolated
+from stylizer.blend import interpolated, mix_parts
+from stylizer.configs import KEY_POSES, SLIM
 from stylizer.key_poses import BODY, ROOT, KeyPoses
-from stylizer.motion_puzzle import KEY_POSES, SLIM, MotionPuzzle, mix_parts
+from stylizer.motion_puzzle import MotionPuzzle
 from tests.sim.walker import walking_clip
 
 

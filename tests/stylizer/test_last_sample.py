@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from stylizer.blend import for_batch, side_by_side
+from stylizer.blend import for_batch, joined, side_by_side
+from stylizer.configs import CONFIGS
 from stylizer.last_sample import LastSample, live_form
-from stylizer.motion_puzzle import CONFIGS, MotionPuzzle, joined
+from stylizer.motion_puzzle import MotionPuzzle
 
 SMALL = {"stem": 8, "channels": (8, 12, 16)}
 

@@ -9,9 +9,11 @@ import torch
 from sim import rotations as rot
 from sim.features import STRIDE, WINDOW, clip_features, rotations_of
 from sim.kinematics import forward_kinematics as numpy_kinematics
+from stylizer.blend import mix_parts
+from stylizer.configs import CONFIGS, FULL, PAPER_SLIM, SLIM
 from stylizer.dataset import CLIP_WINDOW, LATER, STYLE_WINDOW
 from stylizer.losses import OURS, PAPER, Inputs, _seen_later, forward_kinematics, imitated, losses
-from stylizer.motion_puzzle import CONFIGS, FULL, PAPER_SLIM, SLIM, MotionPuzzle, mix_parts
+from stylizer.motion_puzzle import MotionPuzzle
 from tests.sim.walker import walking_clip
 from tests.stylizer.conftest import TINY
 

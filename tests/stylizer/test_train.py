@@ -16,9 +16,9 @@ from sim.features import clip_features
 from stylizer import train as training
 from stylizer import weights
 from stylizer.bank import Bank
+from stylizer.configs import CONFIGS
 from stylizer.dataset import MotionData, PackedClip, pack
 from stylizer.losses import OURS, RECIPES
-from stylizer.motion_puzzle import CONFIGS
 from tests.sim.walker import walking_clip
 from tests.stylizer.conftest import TINY
 
@@ -104,6 +104,12 @@ def test_training_writes_weights_curve_and_the_neutral_style(folder, tmp_path, m
     training.train(folder, tmp_path / "out", minutes=0.003, resume=True, network="tiny", recipe="small")
 
 
+def test_training_can_stop_after_steps(folder, tmp_path):
+    path = training.train(folder, tmp_path / "out", steps=2, network="tiny", recipe="small")
+    header, _ = weights.read(path)
+    assert header["steps"] == "2" and "--steps 2 --network tiny" in header["command"]
+
+
 def test_resuming_without_a_checkpoint_is_refused(folder, tmp_path):
     with pytest.raises(ValueError, match="no checkpoint at"):
         training.train(folder, tmp_path / "out", minutes=0.01, resume=True, network="tiny", recipe="small")
@@ -124,7 +130,7 @@ import torch
 from stylizer import train
 from stylizer.dataset import MotionData
 from stylizer.losses import OURS
-from stylizer.motion_puzzle import SLIM
+from stylizer.configs import SLIM
 torch.set_num_threads(1)
 out = Path(sys.argv[1])
 with train.Processes() as rank:
