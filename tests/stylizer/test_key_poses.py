@@ -49,6 +49,15 @@ def test_the_style_arrives_at_the_contents_own_moment(poses):
 
 
 @torch.inference_mode()
+def test_of_a_clip_that_goes_another_way_only_the_mean_posture_is_taken(poses):
+    own, other = clip(), clip(0.3, 1.4)
+    other[..., ROOT] += 10.0
+    styles = [poses.style_side(each) for each in (own, other)]
+    put = (put_on(poses, own, styles[1], styles[0]) - put_on(poses, own, styles[0], styles[0]))[..., BODY]
+    assert put.std(2).max() < 1e-4 and put.abs().mean() > 0.1
+
+
+@torch.inference_mode()
 def test_the_way_over_the_floor_is_left_alone(poses):
     own, other = (poses.style_side(clip(shift)) for shift in (0.0, 0.3))
     assert not put_on(poses, clip(samples=16), other, own)[..., ROOT].any()
