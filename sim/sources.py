@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Iterable
 
 # Folder name of an archive, as it is unpacked: who made it, and its licence.
+CONTROLLER = "patchwalk"  # the folder of what the controller made: all of it in its one style
 ARCHIVES = {
     "accad": "ACCAD Open Motion, The Ohio State University (CC BY 3.0)",
     "cmu16": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",
@@ -12,7 +13,7 @@ ARCHIVES = {
     "snu-biped": "SNU Movement Research Lab (MIT)",
     "snu-styles": "SNU Movement Research Lab (Apache-2.0)",
     "100style-neutral": "100STYLE, Ian Mason (CC BY 4.0)",
-    "patchwalk": "motion of Patchwalk's own controller (as its weights)",
+    CONTROLLER: "motion of Patchwalk's own controller (as its weights)",
     "bandai-namco": "Bandai-Namco Research Motiondataset, Bandai Namco Research Inc. (CC BY-NC 4.0: non-commercial use only)",
 }
 

@@ -3,7 +3,7 @@
 Feature maps are (vertex, batch, time, channel), as in `stylizer.layers`. A temporal convolution is a graph convolution on BODY,
 the skeleton as one vertex, so that one implementation serves all."""
 
-from typing import Callable
+from typing import Callable, Sequence
 
 import numpy as np
 import torch
@@ -38,6 +38,11 @@ ROOTED = {level: Rooted(graph.groups, graph.parts) for level, graph in LEVELS.it
 def conv(graph: Graph, channels_in: int, channels_out: int, taps: int) -> STConv:
     """A spatial-temporal convolution; on BODY there are no neighbours, and it is a temporal one."""
     return STConv(graph, channels_in, channels_out, 2 if graph.size > 1 else 0, taps)
+
+
+def stack(widths: Sequence[int], taps: int) -> nn.ModuleList:
+    """Temporal convolutions from one width to the next."""
+    return nn.ModuleList(conv(BODY, a, b, taps) for a, b in zip(widths, widths[1:]))
 
 
 def halving() -> Pool:

@@ -6,7 +6,7 @@ import numpy as np
 
 from sim.features import clip_features
 from sim.retarget import load_clip
-from sim.sources import ARCHIVES
+from sim.sources import ARCHIVES, CONTROLLER
 from stylizer import weights
 from stylizer.bank import BUNDLED, encode, kept_windows, style_windows, write
 
@@ -51,7 +51,7 @@ def keep_neutral(clip: Path, weights_name: str = weights.SLIM) -> None:
     """Makes a BVH of the controller walking straight on (`patchwalk replay --bvh`) the neutral style of this package."""
     model, fingerprint = weights.load(weights_name)
     windows = style_windows(without_ends(clip_features(load_clip(clip))))
-    write(BUNDLED / f"{NEUTRAL}.safetensors", NEUTRAL, encode(model, windows), fingerprint, ARCHIVES["patchwalk"],
+    write(BUNDLED / f"{NEUTRAL}.safetensors", NEUTRAL, encode(model, windows), fingerprint, ARCHIVES[CONTROLLER],
           "the controller walking straight on", windows)
 
 

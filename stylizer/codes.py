@@ -12,7 +12,7 @@ from sim.atomic import replacing
 from sim.clip import FPS
 from sim.features import STRIDE, clip_features
 from sim.retarget import load_clip
-from sim.sources import ARCHIVES
+from sim.sources import ARCHIVES, CONTROLLER
 from stylizer import weights
 from stylizer.bank import BUNDLED, Bank, Style, checked, kept_windows, style_windows, write
 from stylizer.bundled import CLIPS, NEUTRAL, without_ends
@@ -31,7 +31,7 @@ def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> 
     model, fingerprint = weights.load(network, weights_folder)
     windows = kept_windows(weights.read(BUNDLED / f"{NEUTRAL}.safetensors")[1])
     codes, speeds = {NEUTRAL: model.encode_style(windows, NEUTRAL)}, {NEUTRAL: velocity_factor(windows)}
-    licences = {ARCHIVES["patchwalk"]}
+    licences = {ARCHIVES[CONTROLLER]}
     for name, (clip, licence) in CLIPS.items():
         path = Path(data_dir) / clip
         if path.exists():

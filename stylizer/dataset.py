@@ -6,7 +6,7 @@ import zlib
 from collections import Counter
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Iterable
+from typing import Callable, Iterable
 
 import numpy as np
 from tqdm import tqdm
@@ -15,6 +15,7 @@ from sim.clip import FPS, Clip
 from sim.features import FEATURES, LAYOUT, LAYOUT_VERSION, STRIDE, WINDOW, clip_features
 from sim.retarget import load_clip
 from sim.skeleton import INDEX, JOINT_COUNT, skeleton_hash
+from sim.sources import CONTROLLER
 from stylizer.labelled import labels
 
 STYLE_WINDOW = 32  # samples of a style clip in training: about one gait cycle
@@ -26,8 +27,6 @@ UPRIGHT = 0.55  # metres; clips whose hips come lower (crawling, lying) are not 
 MOVING = 0.4  # m/s; slower clips are gestures and idling, drawn less often
 STILL_SHARE = 0.5
 HELD_OUT_EVERY = 10  # one clip in ten, by a hash of its name, is never trained on
-
-CONTROLLER = "patchwalk"  # the folder of what the controller made: all of it in its one style
 
 
 @dataclass(frozen=True)
@@ -41,15 +40,11 @@ class PackedClip:
     speed: float  # mean root speed, m/s
 
     @property
-    def style(self) -> str | None:
-        """The style and the performer, where the name tells them."""
-        found = labels(Path(self.name).name)
-        return found and found[1]
-
-    @property
     def manner(self) -> str | None:
         """What clips share that one person moves in, in one style, where that is known."""
-        return self.style or (CONTROLLER if self.name.startswith(f"{CONTROLLER}/") else None)
+        if found := labels(Path(self.name).name):
+            return found[1]
+        return CONTROLLER if self.name.startswith(f"{CONTROLLER}/") else None
 
     @property
     def held_out(self) -> bool:
@@ -135,18 +130,17 @@ class MotionData:
 
         Both: half of the time labels by the square root of their length, so that rare ones are seen. Otherwise sources are
         folders by the square root of theirs, so that small archives count; and targets all manners alike."""
-        moving = np.where([clip.speed > MOVING for clip in self.clips], 1.0, STILL_SHARE)
-        by_label, by_folder, by_manner = (
-            self._shares([group(clip) for clip in self.clips], power) * moving for group, power in
-            ((lambda clip: clip.label, 0.5), (lambda clip: clip.name.split("/")[0], 0.5), (lambda clip: clip.manner, 1.0)))
-        by_manner *= [clip.manner is not None for clip in self.clips]
-        by_label, by_folder = by_label / by_label.sum(), by_folder / by_folder.sum()
-        by_manner = by_manner / by_manner.sum() if by_manner.any() else by_label
+        by_label = self._shares(lambda clip: clip.label)
+        by_folder = self._shares(lambda clip: clip.name.split("/")[0])
+        by_manner = self._shares(lambda clip: clip.manner, alike=True) if any(clip.manner for clip in self.clips) else by_label
         return (by_label + by_folder) / 2, (by_label + by_manner) / 2
 
-    def _shares(self, groups: list[str | None], power: float) -> np.ndarray:
-        """Clips within a group by their length, groups by theirs to the power of 1 - `power`."""
-        frames = Counter()
+    def _shares(self, group_of: Callable[[PackedClip], str | None], alike: bool = False) -> np.ndarray:
+        """Shares of 1: groups by the square root of their length, or all alike; clips within a group by their length, gestures
+        and idling less. A clip of no group has none."""
+        groups, frames = [group_of(clip) for clip in self.clips], Counter()
         for group, clip in zip(groups, self.clips):
             frames[group] += clip.frames
-        return np.array([clip.frames / frames[group] ** power for group, clip in zip(groups, self.clips)])
+        shares = np.array([clip.frames / frames[group] ** (1.0 if alike else 0.5) * (1.0 if clip.speed > MOVING else STILL_SHARE)
+                           * (group is not None) for group, clip in zip(groups, self.clips)])
+        return shares / shares.sum()

@@ -8,13 +8,14 @@ import torch
 from torch import Tensor
 
 from sim.features import STRIDE
+from sim.sources import CONTROLLER
 from stylizer import labelled
 from stylizer.dataset import MotionData, PackedClip
 from stylizer.sampler import Sampler
 from stylizer.scaling import Scaled
 
 NEUTRAL = "neutral"  # of motion without a style, the controller's own among it
-NEUTRAL_FOLDERS = ("patchwalk", "100style-neutral")
+NEUTRAL_FOLDERS = (CONTROLLER, "100style-neutral")
 NOISE = 64  # standard normal numbers for each row of a batch
 POSTURE_WINDOWS = 32  # from which a domain's mean posture is told
 

@@ -21,6 +21,7 @@ from stylizer.blocks import (
     halving,
     newest,
     pooled,
+    stack,
     whole,
 )
 from stylizer.domains import Labelled
@@ -71,7 +72,7 @@ class Encoder(nn.Module):
     def __init__(self, config: Config) -> None:
         super().__init__()
         widths = [JOINT_COUNT * LOCAL.stop, *config.pose]
-        self.convs, self.halve = nn.ModuleList(conv(BODY, a, b, config.taps) for a, b in zip(widths, widths[1:])), halving()
+        self.convs, self.halve = stack(widths, config.taps), halving()
         self.head = conv(BODY, config.pose[-1], config.latent * (2 if config.variational else 1), 3)
 
     def forward(self, pose: Tensor) -> Tensor:
@@ -88,7 +89,7 @@ class Decoder(nn.Module):
         super().__init__()
         widths = [config.pose[-1], *config.pose[::-1]]
         self.stem, self.twice = conv(BODY, config.latent, config.pose[-1], 3), doubling()
-        self.convs = nn.ModuleList(conv(BODY, a, b, config.taps) for a, b in zip(widths, widths[1:]))
+        self.convs = stack(widths, config.taps)
         self.head = nn.Linear(config.pose[0], JOINT_COUNT * LOCAL.stop)
 
     def forward(self, z: Tensor) -> Tensor:
@@ -159,7 +160,7 @@ class Regressor(nn.Module):
 
     def __init__(self, width: int) -> None:
         super().__init__()
-        self.convs = nn.ModuleList(conv(BODY, a, b, 5) for a, b in ((JOINT_COUNT * LOCAL.stop, width), (width, width)))
+        self.convs = stack([JOINT_COUNT * LOCAL.stop, width, width], 5)
         self.head = nn.Linear(width, 3)
 
     def forward(self, pose: Tensor) -> Tensor:

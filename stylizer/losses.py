@@ -72,13 +72,13 @@ def paper_losses(model: MotionPuzzle, inputs: Inputs) -> dict[str, Tensor]:
     own, other = halves(model.encode_style(wanted))
     of_source, of_target = model.content_encoder(wanted).chunk(2, dim=1)
     mixed = mix_parts(own, other, inputs.use_target)
-    output = model.answer(torch.cat([wanted, source, source], dim=1),
-                          torch.cat([of_source, of_target, of_source, of_source], dim=1),
-                          joined([own, other, mixed, other]), joined([own, other, own, own]))
-    rebuilt, (restyled, restyled_whole) = output[:, :wanted.shape[1]], output[:, wanted.shape[1]:].chunk(2, dim=1)
+    both = joined([own, other])
+    (rebuilt,) = model.answers(wanted, torch.cat([of_source, of_target], dim=1), [both], both)
+    restyled, restyled_whole = model.answers(source, of_source, [mixed, other], own)
     again = model.encode_style(restyled_whole)
-    cycled = model.answer(torch.cat([restyled, target], dim=1), torch.cat([model.content_encoder(restyled), of_target], dim=1),
-                          joined([own, again]), joined([mixed, other]))
+    (cycled,) = model.answers(torch.cat([restyled, target], dim=1),
+                              torch.cat([model.content_encoder(restyled), of_target], dim=1),
+                              [joined([own, again])], joined([mixed, other]))
     return {"reconstruction": (rebuilt - wanted).abs().mean(),
             "cycle": (cycled - wanted).abs().mean(),
             "root": (restyled - source)[..., LAYOUT["root"]].abs().mean(),
@@ -97,9 +97,8 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     clips = torch.cat([inputs.own, inputs.target], dim=1)
     own, other = halves(model.encode_style(clips[:, :, -STYLE_WINDOW:], clips))
     content = model.content_encoder(motion)
-    styles = joined([own] * times + [mix_parts(own, other, use_target)] * times)
-    rebuilt, restyled = model.answer(torch.cat([motion, motion], dim=1), torch.cat([content, content], dim=1), styles,
-                                     joined([own] * 2 * times)).chunk(2, dim=1)
+    own, mixed = (joined([style] * times) for style in (own, mix_parts(own, other, use_target)))
+    rebuilt, restyled = model.answers(motion, content, [own, mixed], own)
     if model.config.relative:
         restyled = motion + (restyled - rebuilt)
 

@@ -220,19 +220,19 @@ class MotionPuzzle(Scaled):
         The second shows what of the content's own movement the decoder loses: whoever applies the first puts that back."""
         content = self.content_encoder(motion)
         if not self.config.relative:
-            return self.answer(motion, content, style, own, last), None
-        twice = torch.cat([motion, motion], dim=1), torch.cat([content, content], dim=1)
-        return self.answer(*twice, joined([style, own]), joined([own, own]), last).chunk(2, dim=1)
+            return *self.answers(motion, content, [style], own, last), None
+        return tuple(self.answers(motion, content, [style, own], own, last))
 
-    def answer(self, motion: Tensor, content: Tensor, style: Style, own: Style, last: int | None = None) -> Tensor:
-        """Motion (21, B, T, 15), or its `last` samples, from normalized motion, its content feature, the style to wear and the
-        motion's own (batches of B)."""
-        result = self.decoder(content, self.on_way(motion, style), last)
+    def answers(self, motion: Tensor, content: Tensor, styles: list[Style], own: Style, last: int | None = None) -> list[Tensor]:
+        """Motion (21, B, T, 15), or its `last` samples, in each of some styles, from normalized motion, its content feature and
+        the motion's own style (batches of B)."""
+        worn = joined([self.on_way(motion, style) for style in styles])
+        results = self.decoder(content.repeat(1, len(styles), 1, 1), worn, last).chunk(len(styles), dim=1)
         if not self.key_poses:
-            return result
-        with torch.autocast(result.device.type, enabled=False):
+            return list(results)
+        with torch.autocast(motion.device.type, enabled=False):
             told = self.key_poses.told(motion[:, :, -(last or motion.shape[2]):], own[KEY_POSES])
-            return result + self.key_poses(told, style[KEY_POSES], own[KEY_POSES])
+            return [result + self.key_poses(told, style[KEY_POSES], own[KEY_POSES]) for result, style in zip(results, styles)]
 
     def on_way(self, motion: Tensor, style: Style) -> Style:
         """The style as the decoder wants it for this motion."""

@@ -19,7 +19,7 @@ from stylizer import bundled, weights
 from stylizer.attention import attention_map
 from stylizer.bank import SHORTEST, encode, style_windows
 from stylizer.bank import WINDOW as STYLE_WINDOW
-from stylizer.blend import Style
+from stylizer.blend import Style, for_batch
 from stylizer.layers import PartStyle
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.offline import Look, as_pose, clip_style, stylize
@@ -76,9 +76,8 @@ def content_only(model: MotionPuzzle, clips: Mapping[str, Clip]):
         nothing = _nothing(clip_style(model, features))
         batch = model.normalize(torch.from_numpy(_whole_windows(features).astype(np.float32)))
         with torch.inference_mode():
-            batch_style = {level: PartStyle(*(t.expand(-1, batch.shape[1], *t.shape[2:]) for t in part))
-                           for level, part in nothing.items()}
-            answer = model.restore(model.decoder(model.content_encoder(batch), batch_style)).double().numpy()
+            style = for_batch(nothing, batch.shape[1])
+            answer = model.restore(model.decoder(model.content_encoder(batch), style)).double().numpy()
         seen = clips[name][:len(answer) * WINDOW * STRIDE:STRIDE]
         pose = as_pose(seen)
         rows[name] = seen, SOURCE

@@ -124,11 +124,12 @@ class Trainer:
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.half = has_fast_bf16(self.device)
         self.recipe = recipe
-        self.sampler = Sampler(data.split(held_out=False), seed)
+        learned_from = data.split(held_out=False)
+        self.sampler = Sampler(learned_from, seed)
         self.model = MotionPuzzle(config)
-        self.model.set_statistics(*statistics(Sampler(data.split(held_out=False), seed)))
+        self.model.set_statistics(*statistics(Sampler(learned_from, seed)))
         if config.key_poses:
-            clips = Sampler(data.split(held_out=False), seed).batch(FIRST_CLIPS).target
+            clips = Sampler(learned_from, seed).batch(FIRST_CLIPS).target
             self.model.key_poses.begin(self.model.normalize(torch.from_numpy(clips)))
         self.model.to(self.device)
         self.objective = Objective(self.model, recipe)

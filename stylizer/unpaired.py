@@ -17,13 +17,13 @@ from stylizer.blocks import (
     InstanceNorm,
     ResBlock,
     by_joint,
-    conv,
     doubling,
     for_each,
     halving,
     newest,
     pooled,
     slope_penalty,
+    stack,
     whole,
 )
 from stylizer.domains import Labelled
@@ -59,11 +59,6 @@ CONFIG = Config()
 RECIPE = Recipe({"content": 5.0, "adversarial": 1.0, "feature": 0.5, "joint": 0.3, "triplet": 0.3,
                  "real": 1.0, "fake": 1.0, "slope": 1.0}, batch=16, learning_rate=1e-3, momentum=0.5, average=0.998)
 JUDGE_RATE = 0.3  # of D's learning rate in the others': it has the easier task
-
-
-def stack(widths: list[int], taps: int) -> nn.ModuleList:
-    """Temporal convolutions from one width to the next."""
-    return nn.ModuleList(conv(BODY, a, b, taps) for a, b in zip(widths, widths[1:]))
 
 
 class ContentEncoder(nn.Module):

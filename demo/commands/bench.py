@@ -23,9 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw them")
     parser.add_argument("--quality", type=Path, metavar="EVAL.json",
                         help="what `patchwalk evaluate stylizer --json` wrote: drawn against its times beside the rest")
-    parser.add_argument("--characters", type=_positive(int), default=1, metavar="N",
+    parser.add_argument("--characters", type=positive(int), default=1, metavar="N",
                         help="characters stepped together in a frame (default: 1); crowds of 1, 4, 16 and 64 are always timed")
-    parser.add_argument("--seconds", type=_positive(float), default=10.0, metavar="S",
+    parser.add_argument("--seconds", type=positive(float), default=10.0, metavar="S",
                         help="seconds of motion (default: 10)")
 
 
@@ -91,7 +91,8 @@ def _rows(path: Path, plot: Path | None) -> list[dict]:
     return rows
 
 
-def _positive(kind: type):
+def positive(kind: type):
+    """What argparse makes of a number above 0."""
     def parse(text: str):
         try:
             value = kind(text)

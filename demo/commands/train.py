@@ -4,6 +4,8 @@ import argparse
 import importlib
 from pathlib import Path
 
+from demo.commands.bench import positive
+
 HELP = "train a model on a folder of BVH files"
 EXAMPLE = "patchwalk train controller --data mocap --minutes 60 --out runs/controller"
 MODELS = ("controller", "stylizer")
@@ -13,8 +15,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", choices=MODELS, help="what to train")
     parser.add_argument("--data", type=Path, default=Path("../shared/mocap"), metavar="DIR",
                         help="a folder of BVH files, searched to any depth (default: %(default)s)")
-    parser.add_argument("--minutes", type=_minutes, metavar="M", help="when to stop (default: enough for that model)")
-    parser.add_argument("--steps", type=_steps, metavar="N",
+    parser.add_argument("--minutes", type=positive(float), metavar="M", help="when to stop (default: enough for that model)")
+    parser.add_argument("--steps", type=positive(int), metavar="N",
                         help="stylizer only: stop after so many steps, however long they take, to compare networks")
     parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the output folder")
     parser.add_argument("--out", type=Path, metavar="DIR",
@@ -51,17 +53,3 @@ def run(args: argparse.Namespace) -> int:
         chosen["minutes"] = args.minutes
     print(f"wrote {importlib.import_module(f'{args.model}.train').train(args.data, out, resume=args.resume, **chosen)}")
     return 0
-
-
-def _minutes(text: str) -> float:
-    minutes = float(text)
-    if not 0 < minutes < 1e6:
-        raise argparse.ArgumentTypeError(f"{text} is no number of minutes above 0")
-    return minutes
-
-
-def _steps(text: str) -> int:
-    steps = int(text) if text.isdecimal() else 0
-    if not 0 < steps < 1e9:
-        raise argparse.ArgumentTypeError(f"{text} is no number of steps above 0")
-    return steps

@@ -80,7 +80,7 @@ def test_relative_tells_what_is_lost_in_its_own_style(model):
     content = model.normalize(motion(0))
     styled, rebuilt = model(content, style, own)
     for answer, worn in ((styled, style), (rebuilt, own)):
-        assert torch.allclose(answer, model.answer(content, model.content_encoder(content), worn, own), atol=1e-5)
+        assert torch.allclose(answer, model.answers(content, model.content_encoder(content), [worn], own)[0], atol=1e-5)
 
 
 def test_the_way_over_the_floor_has_a_say_though_normalization_takes_it_out():
