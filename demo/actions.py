@@ -135,7 +135,7 @@ def _reroll(live: "Live", _: str) -> None:
 
 
 def _kept_by_recording(live: "Live") -> bool:
-    """A recording holds the input and not the stylizer: while one runs, the stylizer stays as it is."""
+    """A recording names one stylizer: while it runs, that one stays."""
     if live.recorder:
         live.say("a recording is made with one stylizer: stop it first")
     return live.recorder is not None

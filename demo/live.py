@@ -50,7 +50,7 @@ class LiveReport:
 
 
 def run_live(session: Session, styles: Sequence[str], seconds: float | None = None, window: Window | None = None,
-             recorder_factory: Callable[[Path], Recorder] = Recorder, clock: Callable[[], float] = time.perf_counter,
+             recorder_factory: Callable[[Path, str | None], Recorder] = Recorder, clock: Callable[[], float] = time.perf_counter,
              sleep: Callable[[float], None] = time.sleep, attract: Iterable[Command] = (),
              bindings: Bindings = DEFAULT, presets: Presets | None = None, stream: Sender | None = None) -> LiveReport:
     """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
@@ -82,7 +82,7 @@ class Live:
     `do` carries out an action; keys that are only held are the devices' affair."""
 
     def __init__(self, session: Session, styles: Sequence[str], window: Window,
-                 recorder_factory: Callable[[Path], Recorder] = Recorder,
+                 recorder_factory: Callable[[Path, str | None], Recorder] = Recorder,
                  clock: Callable[[], float] = time.perf_counter, attract: Iterable[Command] = (),
                  bindings: Bindings = DEFAULT, presets: Presets | None = None, stream: Sender | None = None) -> None:
         self.session, self.window = session, window

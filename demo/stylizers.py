@@ -25,6 +25,13 @@ class Stylizers:
         self._session.stylizer = self._ready[name]
         return name
 
+    @property
+    def other(self) -> str | None:
+        """The name of the one in use; None for the one that is used unless another is named."""
+        from stylizer import weights
+        name = getattr(getattr(self._session.stylizer, "bank", None), "name", weights.SLIM)
+        return None if name == weights.SLIM else name
+
     def reroll(self) -> None:
         """Draws the styles of chance anew. Raises ValueError where the stylizer has none."""
         draw = getattr(self._session.stylizer, "reroll", None)

@@ -28,7 +28,7 @@ def toggle_recording(live: "Live") -> None:
     path = new_file("jsonl")
 
     def start() -> None:
-        live.recorder = live.recorder_factory(path)
+        live.recorder = live.recorder_factory(path, live.stylizers.other)
         live.files.append(path)
         live.session.restart()
         live.takes.frames.clear()

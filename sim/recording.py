@@ -25,13 +25,14 @@ class Recorder:
     frame says how long the stretch before it has lasted, so that a crash loses less than a second of input.
     Raises FileExistsError rather than write over a recording."""
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, stylizer: str | None = None) -> None:
+        """stylizer: the name of the one in use, for whoever plays it; None: the one that is used unless another is named."""
         self.path = Path(path)
         self.frames = 0
         self._file = open(self.path, "x", encoding="ascii")
         self._last: dict = {}
         self._silent = 0  # frames since the last line
-        self._line(HEADER)
+        self._line(HEADER | ({"stylizer": stylizer} if stylizer else {}))
 
     def write(self, command: Command) -> None:
         """Records the command of the next frame."""
@@ -67,10 +68,12 @@ class Recorder:
 
 @dataclass(frozen=True)
 class Recording:
-    """Recorded commands: iterating yields one a frame. `changes` holds (frame, the command from then on)."""
+    """Recorded commands: iterating yields one a frame. `changes` holds (frame, the command from then on); stylizer is the name of
+    the one that it was made with, None where it does not say."""
 
     changes: tuple[tuple[int, Command], ...]
     frames: int
+    stylizer: str | None = None
 
     def __len__(self) -> int:
         return self.frames
@@ -99,7 +102,7 @@ def read(path: str | Path) -> Recording:
     changes = {0: command}
     number = 1
     try:
-        _check_header(lines[0] if lines else tail)
+        stylizer = _stylizer_of(lines[0] if lines else tail)
         for number, line in enumerate(lines[1:], 2):  # noqa: B007 - the error message below needs it
             if not line.strip():
                 continue
@@ -117,7 +120,7 @@ def read(path: str | Path) -> Recording:
         raise ValueError(f"{path}: the recording holds no frames")
     if not ended:
         warnings.warn(f"{path} was cut short: it plays up to its last whole line, {frames / FPS:.1f} s", stacklevel=2)
-    return Recording(tuple(changes.items()), frames)
+    return Recording(tuple(changes.items()), frames, stylizer)
 
 
 def _encode(command: Command) -> dict:
@@ -148,7 +151,8 @@ def _is_whole(line: bytes) -> bool:
     return True
 
 
-def _check_header(line: bytes) -> None:
+def _stylizer_of(line: bytes) -> str | None:
+    """What the header says of the stylizer. Raises ValueError for a line that is no header."""
     try:
         header = _parse(line)
     except ValueError:
@@ -158,6 +162,9 @@ def _check_header(line: bytes) -> None:
     for name in ("version", "fps"):
         if header.get(name) != HEADER[name]:
             raise ValueError(f"{name} is {shown(header.get(name))}, but only {HEADER[name]} can be played")
+    if not isinstance(name := header.get("stylizer"), str | None):
+        raise ValueError(f"stylizer is {shown(name)}, but must be a name")
+    return name
 
 
 def _frame_of(entry: dict, after: int) -> int:

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     check_outputs(outputs, args.recording)
     from demo import vmc
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
-    play(args.recording.name, recorded, outputs, args.stylizer, window=not args.headless, stream=stream)
+    play(args.recording.name, recorded, outputs, args.stylizer or recorded.stylizer, window=not args.headless, stream=stream)
     return 0
 
 

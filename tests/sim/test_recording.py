@@ -49,6 +49,15 @@ def test_round_trip_is_exact(tmp_path):
     assert len(recording) == len(COMMANDS) and list(recording) == COMMANDS
 
 
+def test_a_recording_says_which_stylizer_it_was_made_with(tmp_path, write):
+    for name in ("latent", None):
+        with Recorder(tmp_path / f"{name}.jsonl", name) as recorder:
+            recorder.write(Command())
+        assert read(tmp_path / f"{name}.jsonl").stylizer == name
+    with pytest.raises(ValueError, match="line 1: stylizer is 7, but must be a name"):
+        read(write(EXAMPLE.replace('"version": 1', '"version": 1, "stylizer": 7')))
+
+
 def test_random_sticks_round_trip(tmp_path):
     random = np.random.default_rng(3)
     commands = [Command(tuple(random.uniform(-0.7, 0.7, 2)), gait=random.choice(["walk", "run"])) for _ in range(300)]
