@@ -72,8 +72,7 @@ def _tabulated(layer: torch.nn.Module, coefficients: np.ndarray) -> np.ndarray:
     """Weights, and the bias below them, at each entry: (entries, inputs + 1, outputs)."""
     weight = layer.weight.detach().unflatten(0, (CONTROL_POINTS, -1)).transpose(1, 2)
     points = torch.cat([weight, layer.bias.detach().view(CONTROL_POINTS, 1, -1)], dim=1)
-    table = np.empty((len(coefficients), *points.shape[1:]), np.float32)  # numpy asks the system for large pages
-    return np.matmul(coefficients, points.flatten(1).numpy(), out=table.reshape(len(coefficients), -1)).reshape(table.shape)
+    return torch.mm(torch.from_numpy(coefficients), points.flatten(1)).view(-1, *points.shape[1:]).numpy()
 
 
 def _elu(x: np.ndarray) -> np.ndarray:
