@@ -26,6 +26,19 @@ def spring_step(x, v, target, halflife: float, dt):
     return e * (j0 + j1 * dt) + target, e * (v - j1 * y * dt)
 
 
+def soft_spring_step(x, v, a, target, halflife: float, dt: float):
+    """Position, velocity and acceleration of a spring of third order after dt seconds, exactly: its acceleration never jumps,
+    so a gap that opens in one frame is closed without a jolt."""
+    y = 2.674 / max(halflife, 1e-6)  # the root of (1 + y + y^2 / 2) exp(-y) = 1/2
+    j0 = x - target
+    j1 = v + j0 * y
+    j2 = (a + (v + j1) * y) / 2
+    e = math.exp(-y * dt)
+    x, v = e * (j0 + (j1 + j2 * dt) * dt), e * (j1 + 2 * j2 * dt)
+    v, a = v - y * x, 2 * (e * j2 - y * v) + y * y * x
+    return x + target, v, a
+
+
 def spring_travel(v, a, target, halflife: float, dt):
     """How far a body travels in dt seconds while its velocity v (acceleration a) springs to a target velocity, exactly."""
     y = _stiffness(halflife)

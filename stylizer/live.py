@@ -17,7 +17,7 @@ from sim.clip import FPS, Clip
 from sim.features import FEATURES, STRIDE
 from sim.pose import Pose
 from sim.skeleton import JOINT_COUNT, PART_NAMES
-from sim.springs import decay, spring_step
+from sim.springs import decay, soft_spring_step, spring_step
 from sim.worn import Worn, names
 from stylizer.attention import attention_map
 from stylizer.bank import Bank
@@ -37,8 +37,8 @@ from stylizer.turns import (
 )
 from stylizer.wearer import OWN, Wearer
 
-SWITCH_HALFLIFE = 0.08  # seconds in which half of the way from one style to another is gone
-SMOOTHING_HALFLIFE = 0.035  # seconds; the turns that the network asks for follow a spring, and lag by as much
+SWITCH_HALFLIFE = 0.15  # seconds in which half of the way from one style to another is gone
+SMOOTHING_HALFLIFE = 0.05  # seconds; the turns that the network asks for follow a spring, and lag by as much
 FLOOR_HALFLIFE = 0.08  # seconds, for the height that all legs are lengthened or shortened by
 DT = 1 / FPS
 GROUP = 16  # characters, of whom half are asked for at a time: so many windows at once are quickest, for they stay in the caches
@@ -203,19 +203,21 @@ class _Turns:
     """The rows (..., 22, 3) that the network asks for, smoothed in time, without a jump where a part switches its style."""
 
     def __init__(self, crowd: tuple[int, ...]) -> None:
-        self.smooth, self.rate, self.offset, self.velocity = np.zeros((4, *crowd, len(PART_OF_ROW), 3))
+        self.smooth, self.rate, *self.gap = np.zeros((5, *crowd, len(PART_OF_ROW), 3))  # gap: its width, rate, acceleration
         self.worn = np.zeros((*crowd, len(PART_OF_ROW)), dtype=bool)
 
     def step(self, asked: np.ndarray, switched: np.ndarray, worn: np.ndarray) -> np.ndarray:
         """The rows to put on. switched, worn: (..., 22) of bool; what is worn after a pause starts afresh."""
         fresh = worn & ~self.worn  # a part that begins now has no past to be smooth with
         if fresh.any():
-            self.smooth[fresh], self.rate[fresh], self.offset[fresh], self.velocity[fresh] = asked[fresh], 0.0, 0.0, 0.0
+            self.smooth[fresh] = asked[fresh]
+            for state in (self.rate, *self.gap):
+                state[fresh] = 0.0
         self.worn = worn
         if switched.any():
             # Inertialization (Bollo 2018): the new style at once, and the gap to the old one on top, let go along a spring.
-            self.offset[switched] += self.smooth[switched] - asked[switched]
+            self.gap[0][switched] += self.smooth[switched] - asked[switched]
             self.smooth[switched] = asked[switched]
-        self.offset, self.velocity = spring_step(self.offset, self.velocity, 0.0, SWITCH_HALFLIFE, DT)
+        self.gap = soft_spring_step(*self.gap, 0.0, SWITCH_HALFLIFE, DT)
         self.smooth, self.rate = spring_step(self.smooth, self.rate, asked, SMOOTHING_HALFLIFE, DT)
-        return self.smooth + self.offset
+        return self.smooth + self.gap[0]

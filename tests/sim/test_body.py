@@ -19,7 +19,7 @@ from sim.skeleton import (
     TOE_HEIGHT,
     expand_part,
 )
-from sim.springs import decay, spring_step, spring_travel
+from sim.springs import decay, soft_spring_step, spring_step, spring_travel
 
 RNG = np.random.default_rng(0)
 QUATERNIONS = rot.normalize(RNG.normal(size=(50, JOINT_COUNT, 4)))
@@ -131,6 +131,18 @@ def test_springs_do_not_depend_on_the_frame_rate():
     assert (x, v) == pytest.approx(spring_step(0.0, 0.0, 1.0, 0.2, 1.0))
     assert spring_step(0.0, 0.0, 1.0, 0.2, 0.2)[0] == pytest.approx(0.5, abs=1e-3)
     assert decay(0.2, 0.4) == pytest.approx(0.25)
+
+
+def test_a_soft_spring_begins_without_a_jolt():
+    state = (1.0, 0.0, 0.0)
+    for _ in range(60):
+        state = soft_spring_step(*state, 0.0, 0.2, 1 / 60)
+    assert state == pytest.approx(soft_spring_step(1.0, 0.0, 0.0, 0.0, 0.2, 1.0))
+    assert soft_spring_step(1.0, 0.0, 0.0, 0.0, 0.2, 0.2)[0] == pytest.approx(0.5, abs=1e-3)
+    x, v, a = (np.array([soft_spring_step(0.3, -0.5, 2.0, 0.1, 0.15, t)[i] for t in np.linspace(0, 1, 10001)]) for i in range(3))
+    assert (x[0], v[0], a[0]) == (pytest.approx(0.3), pytest.approx(-0.5), pytest.approx(2.0))
+    assert np.gradient(x, 1e-4)[1:-1] == pytest.approx(v[1:-1], abs=1e-5)
+    assert np.gradient(v, 1e-4)[1:-1] == pytest.approx(a[1:-1], abs=1e-3)
 
 
 def test_spring_travel_is_the_integral_of_the_velocity():
