@@ -16,8 +16,9 @@ from stylizer.rows import TRIALS, Judges, Transfer, milliseconds, real_row, row
 
 # What is measured, in the order of the table: name of the weights, offline or live, pairs a trial. Where the weights are not
 # there, the row is left out.
-ROWS = (("full", "offline", 22), ("slim", "offline", 44), ("slim", "live", 22), ("no_key_poses", "offline", 44),
-        ("no_attention", "offline", 44), ("whole_body_adain", "offline", 44), ("paper_losses", "offline", 44))
+ROWS = (("full", "offline", 22), ("large", "offline", 22), ("slim", "offline", 44), ("slim", "live", 22),
+        ("no_key_poses", "offline", 44), ("no_attention", "offline", 44), ("whole_body_adain", "offline", 44),
+        ("paper_losses", "offline", 44))
 LEFT_OUT = "left_out"  # weights whose training left some styles out, and what that option is called
 LEFT_OUT_SIZE = SAME_CONTENT_SIZE = 22
 REAL_SIZE = 88

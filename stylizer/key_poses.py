@@ -10,7 +10,7 @@ cancels exactly.
 import torch
 from torch import Tensor, nn
 
-from sim.features import FEATURES, LAYOUT
+from sim.features import LAYOUT
 from sim.skeleton import JOINT_COUNT, PARTS
 from stylizer.graph import LEVELS
 from stylizer.layers import Parts, PartStyle, leaky
@@ -19,7 +19,9 @@ BODY = slice(0, LAYOUT["root"].start)  # all but the way over the floor, which i
 ROOT = LAYOUT["root"]
 ROOT_SIZE = ROOT.stop - ROOT.start
 HIDDEN, CODE = 96, 16  # units of the network that tells moments, and of the code it tells them by
+WAYS = 32  # units of the network that tells what is usual on a way
 QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves tells little
+MOST_GAIN = 2.0  # what the moments' average has lost of a joint's liveliness is given back up to this
 SHARPNESS = 10.0  # how surely moments are told at first: minus the score at the mean distance of two poses' codes
 
 
@@ -27,15 +29,17 @@ class KeyPoses(nn.Module):
     """The moments of five body parts, and what tells them from a whole body without its style.
 
     A pose loses its style by its clip's own statistics: mean and deviation of every joint. As a `PartStyle` a clip's key poses
-    are: bias, the flattened table (5, B, moments n 15) of n joints a part; scale, (5, B, 2 n 12 + 3), those statistics and
-    the clip's mean way over the floor; no tokens."""
+    are: bias, the flattened table (5, B, moments n 12) of n joints a part; scale, (5, B, 3 n 12 + 3), those statistics, what
+    is usual on the clip's mean way over the floor, and that way; no tokens."""
 
     def __init__(self, moments: int) -> None:
         super().__init__()
         self.parts = Parts(LEVELS[1])
         inputs = JOINT_COUNT * BODY.stop + ROOT_SIZE
         self.hidden, self.code = nn.Linear(inputs, HIDDEN), nn.Linear(HIDDEN, len(PARTS) * CODE)
+        self.usual = nn.Sequential(nn.Linear(ROOT_SIZE, WAYS), nn.LeakyReLU(0.2), nn.Linear(WAYS, JOINT_COUNT * BODY.stop))
         self.moments = nn.Parameter(torch.randn(len(PARTS), moments, CODE))
+        nn.init.zeros_(self.usual[-1].weight)
         self.sharpness = nn.Parameter(torch.zeros(2, len(PARTS), 1, 1, 1))  # logarithms: of a style's poses, of the content's
         self.wary = nn.Parameter(torch.full((len(PARTS), ROOT_SIZE, 1), -1.5))  # logarithms: how little another way is trusted
 
@@ -70,29 +74,49 @@ class KeyPoses(nn.Module):
     def style_side(self, clip: Tensor) -> PartStyle:
         """The key poses of a style clip (21, B, T, 15) of any length."""
         statistics = self.statistics(clip)
-        share = self.scores(self.codes(clip, statistics), 0).softmax(dim=2)
-        poses = self.parts.split(clip).permute(0, 2, 3, 1, 4).flatten(3)  # (5, B, T, n 15)
-        table = share.transpose(2, 3) @ poses
-        way = clip[0, ..., ROOT].mean(1).expand(len(PARTS), -1, -1)
-        scale = [self.parts.split(values)[:, :, :, 0].transpose(1, 2).flatten(2) for values in statistics]
+        codes = self.codes(clip, statistics)
+        poses = self.parts.split(clip[..., BODY]).permute(0, 2, 3, 1, 4).flatten(3)  # (5, B, T, n 12)
+        table = self._lively(self.scores(codes, 0).softmax(dim=2).transpose(2, 3) @ poses,
+                             self.scores(codes, 1).softmax(dim=3), poses)
+        way = clip[0, ..., ROOT].mean(1)
+        usual = self.usual(way).unflatten(1, (JOINT_COUNT, 1, -1)).transpose(0, 1)
+        scale = [self.parts.split(values)[:, :, :, 0].transpose(1, 2).flatten(2) for values in (*statistics, usual)]
+        way = way.expand(len(PARTS), -1, -1)
         none = way[:, :, None][:, :, :0]
         return PartStyle(torch.cat([*scale, way], dim=2), table.flatten(2), none, none)
 
+    def _lively(self, table: Tensor, told: Tensor, poses: Tensor) -> Tensor:
+        """A table (5, B, moments, n 12) whose poses keep so far from their mean that the clip, told (5, B, T, moments) as
+        content is, comes back as lively as it is: (5, B, T, n 12). A mean of poses moves less than any of them."""
+        rebuilt = told @ table
+        gain = (_deviations(poses) / _deviations(rebuilt)).clamp(1.0, MOST_GAIN)
+        mean = rebuilt.mean(2, keepdim=True)
+        return mean + (table - mean) * gain
+
     def told(self, motion: Tensor, own: PartStyle) -> Tensor:
         """Which moments normalized motion (21, B, T, 15) in its own style passes through: (5, B, T, moments), sums of one."""
-        by_part = own.scale[..., :-ROOT_SIZE].unflatten(2, (2, -1, BODY.stop))  # (5, B, 2, n, 12)
-        mean, deviation = (self.parts.join(values.transpose(1, 2))[:, :, None] for values in by_part.unbind(2))
+        by_part = own.scale[..., :-ROOT_SIZE].unflatten(2, (3, -1, BODY.stop))  # (5, B, 3, n, 12)
+        mean, deviation = (self.parts.join(values.transpose(1, 2))[:, :, None] for values in by_part.unbind(2)[:2])
         return self.scores(self.codes(motion, (mean, deviation)), 1).softmax(dim=3)
 
     def forward(self, told: Tensor, style: PartStyle, own: PartStyle) -> Tensor:
         """What is put on motion in its own style so that it wears another: told (5, B, T, moments) -> (21, B, T, 15).
 
         The style's poses for its own ones, moment by moment as far as both clips go the same way over the floor; a walk says
-        little about the moments of a step back, and then no more than the mean posture is exchanged."""
-        apart = (style.scale - own.scale)[..., -ROOT_SIZE:]
-        trust = torch.exp(-(apart.square() @ self.wary.exp()))[:, :, None]  # (5, B, 1, 1)
+        little about the moments of a step back, and then no more than the mean posture is exchanged. What is usual on the one
+        way and not on the other is no style: who turns leans, whatever they wear."""
+        apart = (style.scale - own.scale)[:, :, None]  # (5, B, 1, 3 n 12 + 3)
+        size = apart.shape[3] // 3 - 1
+        usual, apart = apart[..., 2 * size:3 * size], apart[..., 3 * size:]
+        trust = torch.exp(-(apart.square() @ self.wary.exp()[:, None]))  # (5, B, 1, 1)
         shares = trust * told + (1 - trust) / told.shape[3]
         theirs, ours = (clip.bias.unflatten(2, (told.shape[3], -1)) for clip in (style, own))  # (5, B, moments, n 15)
-        poses = told @ ours + shares @ (theirs - ours)
-        poses = self.parts.join(poses.unflatten(3, (-1, FEATURES)).permute(0, 3, 1, 2, 4))
-        return torch.cat([poses[..., BODY], torch.zeros_like(poses[..., ROOT])], dim=-1)
+        poses = told @ ours + shares @ (theirs - ours) - usual
+        poses = self.parts.join(poses.unflatten(3, (-1, BODY.stop)).permute(0, 3, 1, 2, 4))
+        return torch.cat([poses, torch.zeros_like(poses[..., :ROOT_SIZE])], dim=-1)
+
+
+def _deviations(poses: Tensor) -> Tensor:
+    """(5, B, T, n 12) -> (5, B, 1, n 12) deviation over time, for each joint one."""
+    by_joint = poses.var(2, keepdim=True, correction=0).unflatten(3, (-1, BODY.stop))
+    return by_joint.mean(-1, keepdim=True).expand_as(by_joint).flatten(3).add(1e-6).sqrt()

@@ -8,7 +8,6 @@ from typing import Callable
 import numpy as np
 import torch
 
-from sim.features import FEATURES
 from sim.skeleton import PARTS
 from stylizer.blend import Style
 from stylizer.configs import KEY_POSES, Config
@@ -141,12 +140,13 @@ class _KeyPoses:
         return weight / weight.sum(axis=-1, keepdims=True)
 
     def _poses(self, told: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
-        apart = (look.scale - own.scale)[..., -ROOT_SIZE:]
+        apart = look.scale - own.scale
+        usual, apart = apart[..., 2 * self.size:3 * self.size], apart[..., -ROOT_SIZE:]
         trust = np.exp(-(apart * apart * self.wary).sum(axis=-1))[..., None, None]
         theirs, ours = (clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own))
         shares = trust * told + (1 - trust) / told.shape[-1]
-        poses = (told - shares) @ ours + shares @ theirs  # (batch, 5, 1, n 15)
-        return poses.reshape(len(poses), -1, FEATURES)[:, self.joints, BODY]
+        poses = (told - shares) @ ours + shares @ theirs - usual[:, :, None]  # (batch, 5, 1, n 12)
+        return poses.reshape(len(poses), -1, BODY.stop)[:, self.joints]
 
 
 class _Pool:

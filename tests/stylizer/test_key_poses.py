@@ -58,6 +58,34 @@ def test_of_a_clip_that_goes_another_way_only_the_mean_posture_is_taken(poses):
 
 
 @torch.inference_mode()
+def test_what_is_usual_on_a_way_is_no_style(poses):
+    own, other = clip(), clip(0.3, 1.4)
+    other[..., ROOT] += 1.0
+
+    def put():
+        styles = [poses.style_side(each) for each in (own, other)]
+        return put_on(poses, own, styles[1], styles[0])[..., BODY]
+
+    before = put()
+    torch.nn.init.normal_(poses.usual[-1].weight, std=0.1)
+    usual = [poses.usual(motion[0, ..., ROOT].mean(1)).view(21, 1, 1, BODY.stop) for motion in (own, other)]
+    assert (usual[1] - usual[0]).abs().max() > 0.1
+    assert torch.allclose(put(), before - (usual[1] - usual[0]), atol=1e-4)
+
+
+@torch.inference_mode()
+def test_a_clip_told_by_its_own_key_poses_is_as_lively_as_it_is(poses):
+    """Moments that are told unsurely give means of poses, which move less than the poses do."""
+    poses.sharpness -= 0.5
+    motion = clip(0.3, 1.4)
+    style = poses.style_side(motion)
+    rebuilt = put_on(poses, motion, style, style)
+    lively, of_rebuilt = (each[..., BODY].var(2).mean(-1).sqrt().flatten() for each in (motion, rebuilt))
+    share = (of_rebuilt / lively)[lively > 0.05]
+    assert len(share) > 6 and torch.allclose(share, torch.ones(()), atol=0.02)
+
+
+@torch.inference_mode()
 def test_the_way_over_the_floor_is_left_alone(poses):
     own, other = (poses.style_side(clip(shift)) for shift in (0.0, 0.3))
     assert not put_on(poses, clip(samples=16), other, own)[..., ROOT].any()
