@@ -10,6 +10,7 @@ import torch
 from torch import Tensor, nn
 
 from sim.skeleton import INDEX, JOINT_COUNT
+from stylizer.domains import Labelled
 from stylizer.graph import LEVELS, Graph
 from stylizer.layers import Pool, STConv, Unpool, leaky, normalized
 
@@ -139,6 +140,25 @@ class DomainHead(nn.Module):
         """(B, channels), (B,) which branch -> (B, size)"""
         every = self.branches(feature).view(-1, self.domains, self.size)
         return every[torch.arange(len(every), device=every.device), domain]
+
+
+class Adversarial(nn.Module):
+    """What a system and its discriminator learn in every step, in two turns. Subclasses say what (`learned`) and by which losses
+    (`discriminator_losses`, `generator_losses`)."""
+
+    PHASES = ("discriminator", "generator")
+
+    def __init__(self, system: nn.Module, judge: nn.Module) -> None:
+        super().__init__()
+        self.system, self.judge = system, judge
+
+    def schedule(self, progress: float) -> tuple[tuple[str, ...], float]:
+        """The phases of a step and how far training is in them."""
+        return self.PHASES, progress
+
+    def forward(self, phase: str, x: Labelled, step: int) -> dict[str, Tensor]:
+        """The phase's terms of one batch."""
+        return getattr(self, f"{phase}_losses")(x, step)
 
 
 def pooled(x: Tensor) -> Tensor:

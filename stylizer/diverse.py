@@ -11,7 +11,19 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from sim.features import HELD
-from stylizer.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, for_each, newest, pooled, slope_penalty
+from stylizer.blocks import (
+    ROOTED,
+    AdaIN,
+    Adversarial,
+    DomainHead,
+    InstanceNorm,
+    Plain,
+    ResBlock,
+    for_each,
+    newest,
+    pooled,
+    slope_penalty,
+)
 from stylizer.domains import Labelled
 from stylizer.graph import LEVELS
 from stylizer.layers import Unpool, leaky, normalized
@@ -151,29 +163,18 @@ class Diverse(WholeBody):
         return Restyled(result[..., AXES], result[HIPS:HIPS + 1, ..., PLACE])
 
 
-class Objective(nn.Module):
+class Objective(Adversarial):
     """Eq. 7 to 12, in two turns. Codes come from F and from E in alternate steps (App. A.2). As in StarGAN v2, whose scheme
     this is, Eq. 7's generator side is the non-saturating one, and the discriminator's slope at real motion is held low."""
 
-    PHASES = ("discriminator", "generator")
-
     def __init__(self, config: Config) -> None:
-        super().__init__()
-        self.system, self.judge = Diverse(config), DomainEncoder(config, 1)
+        super().__init__(Diverse(config), DomainEncoder(config, 1))
 
     def learned(self) -> dict[str, list[tuple[list[nn.Parameter], float]]]:
         """What each phase changes, and how quickly."""
         mapping = list(self.system.mapping.parameters())
         rest = [p for name, p in self.system.named_parameters() if not name.startswith("mapping.")]
         return {"discriminator": [(list(self.judge.parameters()), 1.0)], "generator": [(rest, 1.0), (mapping, MAPPING_RATE)]}
-
-    def schedule(self, progress: float) -> tuple[tuple[str, ...], float]:
-        """The phases of a step and how far training is in them."""
-        return self.PHASES, progress
-
-    def forward(self, phase: str, x: Labelled, step: int) -> dict[str, Tensor]:
-        """The phase's terms of one batch."""
-        return self.discriminator_losses(x, step) if phase == "discriminator" else self.generator_losses(x, step)
 
     def two_codes(self, x: Labelled, step: int) -> tuple[Tensor, Tensor]:
         """s_1, s_2 of the target's domain: of two noises, or of two reference motions."""

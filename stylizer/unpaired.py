@@ -13,6 +13,7 @@ from sim.skeleton import INDEX, JOINT_COUNT
 from stylizer.blocks import (
     BODY,
     AdaIN,
+    Adversarial,
     DomainHead,
     InstanceNorm,
     ResBlock,
@@ -40,6 +41,7 @@ POINTS = ("Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", 
 POINT_SCALE = 0.5  # metres that count as 1
 YAWS, SCALES = (-torch.pi / 2, torch.pi / 2), (0.8, 1.2)  # of the views that training looks from (Sec. 3.3)
 MARGIN = 5.0  # delta of Eq. 7
+END = 8  # samples at the end of a window that D sees once more by themselves
 
 
 @dataclass(frozen=True)
@@ -178,36 +180,32 @@ class Discriminator(nn.Module):
         self.head = DomainHead(config.judge[-1], len(config.labels), 1)
 
     def feature(self, posed: Tensor) -> Tensor:
-        """D_f: (1, B, T, 189) -> (B, C)"""
+        """D_f: (1, B, T, 189) -> (2 B, C), of the windows and then of their ends alone, which a live stream is made of."""
+        return torch.cat([self._pooled(posed), self._pooled(posed[:, :, -END:])])
+
+    def _pooled(self, posed: Tensor) -> Tensor:
         for layer in self.convs:
             posed = self.halve(leaky(layer(posed)))
         return pooled(posed)
 
+    def score(self, feature: Tensor, domain: Tensor) -> Tensor:
+        """(2 B, C), (B,) -> (2 B, 1)"""
+        return self.head(feature, domain.repeat(2))
 
-class Objective(nn.Module):
+
+class Objective(Adversarial):
     """Eq. 3 to 8, in two turns: the discriminator's and the generator's.
 
     The adversarial terms are least squares with 1 for real and 0 for fake; the discriminator's slope at real motion is held
     low, without which so small a one runs away."""
 
-    PHASES = ("discriminator", "generator")
-
     def __init__(self, config: Config) -> None:
-        super().__init__()
-        self.system, self.judge = Unpaired(config), Discriminator(config)
+        super().__init__(Unpaired(config), Discriminator(config))
 
     def learned(self) -> dict[str, list[tuple[list[nn.Parameter], float]]]:
         """What each phase changes, and how quickly."""
         return {"discriminator": [(list(self.judge.parameters()), JUDGE_RATE)],
                 "generator": [(list(self.system.parameters()), 1.0)]}
-
-    def schedule(self, progress: float) -> tuple[tuple[str, ...], float]:
-        """The phases of a step and how far training is in them."""
-        return self.PHASES, progress
-
-    def forward(self, phase: str, x: Labelled, step: int) -> dict[str, Tensor]:
-        """The phase's terms of one batch."""
-        return self.discriminator_losses(x, step) if phase == "discriminator" else self.generator_losses(x)
 
     def discriminator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """The discriminator's side of Eq. 4."""
@@ -215,14 +213,14 @@ class Objective(nn.Module):
         with torch.no_grad():
             fake = whole(model.posed(model.transfer(x.source, model.encode(x.target))))
         real = whole(model.posed(x.target[..., ROTATION])).requires_grad_(step % 8 == 0)
-        score = judge.head(judge.feature(real), x.target_domain)
+        score = judge.score(judge.feature(real), x.target_domain)
         terms = {"real": (score - 1).square().mean(),
-                 "fake": judge.head(judge.feature(fake), x.target_domain).square().mean()}
+                 "fake": judge.score(judge.feature(fake), x.target_domain).square().mean()}
         if real.requires_grad:
             terms["slope"] = slope_penalty(score, real)
         return terms
 
-    def generator_losses(self, x: Labelled) -> dict[str, Tensor]:
+    def generator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """Eq. 3 and the generator's sides of Eq. 4 to 7."""
         model, judge = self.system, self.judge
         clips = torch.cat([x.kin, x.target, x.target_kin], dim=1)
@@ -241,7 +239,7 @@ class Objective(nn.Module):
         others = x.source_domain != x.target_domain
         return {
             "content": ((rebuilt - model.posed(x.source[..., ROTATION])).abs() * newest(both)).mean(),  # Eq. 3
-            "adversarial": (judge.head(fake, x.target_domain) - 1).square().mean(),  # Eq. 4
+            "adversarial": (judge.score(fake, x.target_domain) - 1).square().mean(),  # Eq. 4
             "feature": (fake - real.mean(0)).abs().mean(),  # Eq. 5
             "joint": (from_3d - from_2d).square().sum(-1).mean(),  # Eq. 6
             "triplet": ((apart + MARGIN).clamp(min=0) * others).mean(),  # Eq. 7

@@ -32,6 +32,7 @@ class WholeBody(Scaled):
     """A system by its style codes. `config.window` is the samples of a window, `config.labels` the domains it was taught."""
 
     KIND: str
+    HELD_BEHIND = 0  # samples: a live window ends with its newest one held so long, for a system that answers its end weakly
 
     def __init__(self, config) -> None:
         super().__init__(config)

@@ -25,7 +25,8 @@ class WholeBodyStylizer(LiveStylizer):
 
     def restart(self) -> None:
         super().restart()
-        span = (self.bank.model.config.window - 1) * STRIDE + 1
+        model = self.bank.model
+        span = (model.config.window - model.HELD_BEHIND - 1) * STRIDE + 1
         self._past: deque[np.ndarray] = deque(maxlen=span)  # features (..., 21, 15) of the last frames, the newest last
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
@@ -57,9 +58,11 @@ class WholeBodyStylizer(LiveStylizer):
 
     def _last(self, past: np.ndarray, wearer: Wearer) -> np.ndarray:
         """The last sample (21, 15) of a character's past (T, 21, 15), each part as the answer in its own style says."""
+        model = self.bank.model
         joints = joints_by_code([(part.name, part.other, part.share) if part.strength else None for part in wearer.parts])
         codes = torch.stack([self._code(*look) for look in joints])
-        last = answers(self.bank.model, past[None], codes, last=1)[:, -1]
+        window = np.concatenate([past, past[-1:].repeat(model.HELD_BEHIND, axis=0)])
+        last = answers(model, window[None], codes, last=1 + model.HELD_BEHIND)[:, 0]
         return together(past[-1], dict(zip(joints, last)), joints)
 
     def _code(self, name: str, other: str, share: float) -> Tensor:

@@ -147,6 +147,16 @@ def test_a_resumed_run_is_the_run_that_never_stopped(network, data, tmp_path):
                 assert torch.equal(a, b)
 
 
+def test_a_discriminator_sees_the_end_of_a_window_by_itself():
+    judge = unpaired.Discriminator(replace(TINY["unpaired"], labels=LABELS))
+    motion = torch.randn(1, 3, 16, 21 * 9)
+    other = motion.clone()
+    other[:, :, :16 - unpaired.END] += 1.0
+    (first, end), (first_other, end_other) = (judge.feature(each).chunk(2) for each in (motion, other))
+    assert torch.equal(end, end_other) and not torch.allclose(first, first_other)
+    assert judge.score(judge.feature(motion), torch.tensor([0, 1, 0])).shape == (6, 1)
+
+
 def test_a_phase_changes_only_what_learns_in_it(data):
     trainer = SystemTrainer(data, "latent")
     before = {name: value.clone() for name, value in trainer.model.named_parameters()}
@@ -271,6 +281,23 @@ def test_live_restyles_only_what_is_worn_and_repeats(bank, poses):
         assert np.array_equal(first.rotations[others], neutral.rotations[others])
     assert turn(styled[0][-1], poses[-1])[13:17].max() > 0.02
     assert all(a is b for a, b in zip(live_stream(WholeBodyStylizer, bank, poses[:5], {}), poses))
+
+
+def test_a_live_window_ends_with_its_newest_sample_held(bank, poses, monkeypatch):
+    from stylizer import whole_body_live
+    seen, answers = [], whole_body_live.answers
+
+    def watched(model, windows, *how, **more):
+        seen.append(windows)
+        return answers(model, windows, *how, **more)
+
+    monkeypatch.setattr(whole_body_live, "answers", watched)
+    live_stream(whole_body_live.WholeBodyStylizer, bank, poses[:40], {"spine": ("limp", 1.0)})
+    held = bank.model.HELD_BEHIND
+    assert all(window.shape[1] == bank.model.config.window for window in seen)
+    last = seen[-1][0]
+    assert held == 8 * (bank.model.KIND == "latent")
+    assert (last[-1 - held:] == last[-1]).all() and (last[-2 - held] != last[-1]).any()
 
 
 def test_each_of_a_crowd_moves_as_it_would_alone(bank, poses):
