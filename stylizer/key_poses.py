@@ -76,22 +76,13 @@ class KeyPoses(nn.Module):
         statistics = self.statistics(clip)
         codes = self.codes(clip, statistics)
         poses = self.parts.split(clip[..., BODY]).permute(0, 2, 3, 1, 4).flatten(3)  # (5, B, T, n 12)
-        table = self._lively(self.scores(codes, 0).softmax(dim=2).transpose(2, 3) @ poses,
-                             self.scores(codes, 1).softmax(dim=3), poses)
+        table = _lively(self.scores(codes, 0).softmax(dim=2).transpose(2, 3) @ poses, self.scores(codes, 1).softmax(dim=3), poses)
         way = clip[0, ..., ROOT].mean(1)
         usual = self.usual(way).unflatten(1, (JOINT_COUNT, 1, -1)).transpose(0, 1)
         scale = [self.parts.split(values)[:, :, :, 0].transpose(1, 2).flatten(2) for values in (*statistics, usual)]
         way = way.expand(len(PARTS), -1, -1)
         none = way[:, :, None][:, :, :0]
         return PartStyle(torch.cat([*scale, way], dim=2), table.flatten(2), none, none)
-
-    def _lively(self, table: Tensor, told: Tensor, poses: Tensor) -> Tensor:
-        """A table (5, B, moments, n 12) whose poses keep so far from their mean that the clip, told (5, B, T, moments) as
-        content is, comes back as lively as it is: (5, B, T, n 12). A mean of poses moves less than any of them."""
-        rebuilt = told @ table
-        gain = (_deviations(poses) / _deviations(rebuilt)).clamp(1.0, MOST_GAIN)
-        mean = rebuilt.mean(2, keepdim=True)
-        return mean + (table - mean) * gain
 
     def told(self, motion: Tensor, own: PartStyle) -> Tensor:
         """Which moments normalized motion (21, B, T, 15) in its own style passes through: (5, B, T, moments), sums of one."""
@@ -106,7 +97,7 @@ class KeyPoses(nn.Module):
         little about the moments of a step back, and then no more than the mean posture is exchanged. What is usual on the one
         way and not on the other is no style: who turns leans, whatever they wear."""
         apart = (style.scale - own.scale)[:, :, None]  # (5, B, 1, 3 n 12 + 3)
-        size = apart.shape[3] // 3 - 1
+        size = (apart.shape[3] - ROOT_SIZE) // 3
         usual, apart = apart[..., 2 * size:3 * size], apart[..., 3 * size:]
         trust = torch.exp(-(apart.square() @ self.wary.exp()[:, None]))  # (5, B, 1, 1)
         shares = trust * told + (1 - trust) / told.shape[3]
@@ -114,6 +105,15 @@ class KeyPoses(nn.Module):
         poses = told @ ours + shares @ (theirs - ours) - usual
         poses = self.parts.join(poses.unflatten(3, (-1, BODY.stop)).permute(0, 3, 1, 2, 4))
         return torch.cat([poses, torch.zeros_like(poses[..., :ROOT_SIZE])], dim=-1)
+
+
+def _lively(table: Tensor, told: Tensor, poses: Tensor) -> Tensor:
+    """A table of key poses (5, B, moments, n 12) drawn away from their mean so far that its clip, poses (5, B, T, n 12) told
+    (5, B, T, moments) as content is, comes back as lively as it is: a mean of poses moves less than any of them."""
+    rebuilt = told @ table
+    gain = (_deviations(poses) / _deviations(rebuilt)).clamp(1.0, MOST_GAIN)
+    mean = rebuilt.mean(2, keepdim=True)
+    return mean + (table - mean) * gain
 
 
 def _deviations(poses: Tensor) -> Tensor:
