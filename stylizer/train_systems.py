@@ -12,7 +12,7 @@ from stylizer import systems
 from stylizer.dataset import MotionData
 from stylizer.domains import LabelledSampler, as_inputs, labels_of, mean_postures
 from stylizer.sampler import statistics
-from stylizer.train import HELD_OUT_BATCHES, SECOND_MOMENT, Trainer, falling
+from stylizer.trainer import HELD_OUT_BATCHES, SECOND_MOMENT, Trainer, falling
 
 
 class SystemTrainer(Trainer):

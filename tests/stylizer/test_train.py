@@ -14,7 +14,7 @@ import torch
 from sim import bvh
 from sim.features import clip_features
 from stylizer import train as training
-from stylizer import weights
+from stylizer import trainer, weights
 from stylizer.bank import Bank
 from stylizer.configs import CONFIGS
 from stylizer.dataset import MotionData, PackedClip, pack
@@ -31,7 +31,7 @@ def small(monkeypatch):
     monkeypatch.setitem(CONFIGS, "tiny", TINY)
     monkeypatch.setitem(RECIPES, "small", SMALL)
     for name, value in (("HELD_OUT_BATCHES", 1), ("LOG_EVERY", 1)):
-        monkeypatch.setattr(training, name, value)
+        monkeypatch.setattr(trainer, name, value)
 
 
 @pytest.fixture
@@ -67,9 +67,9 @@ def test_clips_can_be_left_out(folder, tmp_path):
 
 
 def test_mixing_keeps_the_source_in_some_parts():
-    use_target = training.draw_mixing(np.random.default_rng(0), 4000)
+    use_target = trainer.draw_mixing(np.random.default_rng(0), 4000)
     assert use_target.shape == (5, 4000)
-    assert abs(use_target.all(axis=0).mean() - (1 - training.MIXING)) < 0.03
+    assert abs(use_target.all(axis=0).mean() - (1 - trainer.MIXING)) < 0.03
     assert abs((~use_target).sum(0)[~use_target.all(0)].mean() - 3) < 0.1  # 1 to 5 parts, evenly
 
 
