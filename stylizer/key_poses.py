@@ -7,6 +7,8 @@ styles have their key poses for the same moments, so they can be blended, and wh
 cancels exactly.
 """
 
+import math
+
 import torch
 from torch import Tensor, nn
 
@@ -22,6 +24,9 @@ HIDDEN, CODE = 96, 16  # units of the network that tells moments, and of the cod
 WAYS = 32  # units of the network that tells what is usual on a way
 QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves tells little
 MOST_GAIN = 2.0  # what the moments' average has lost of a joint's liveliness is given back up to this
+# Sideways, forward, turning: how little another way may be trusted at most. A slow walk does say how legs move in a quick one;
+# learning alone, whose loss is fond of medians, makes legs hardly ever listen to it.
+MOST_WARY = torch.tensor([math.inf, 0.3, math.inf])[:, None]
 SHARPNESS = 10.0  # how surely moments are told at first: minus the score at the mean distance of two poses' codes
 
 
@@ -84,6 +89,10 @@ class KeyPoses(nn.Module):
         none = way[:, :, None][:, :, :0]
         return PartStyle(torch.cat([*scale, way], dim=2), table.flatten(2), none, none)
 
+    def wariness(self) -> Tensor:
+        """(5, 3, 1) how quickly trust falls with the square of what lies between two ways: sideways, forward, turning."""
+        return self.wary.exp().minimum(MOST_WARY.to(self.wary))
+
     def told(self, motion: Tensor, own: PartStyle) -> Tensor:
         """Which moments normalized motion (21, B, T, 15) in its own style passes through: (5, B, T, moments), sums of one."""
         by_part = own.scale[..., :-ROOT_SIZE].unflatten(2, (3, -1, BODY.stop))  # (5, B, 3, n, 12)
@@ -99,7 +108,7 @@ class KeyPoses(nn.Module):
         apart = (style.scale - own.scale)[:, :, None]  # (5, B, 1, 3 n 12 + 3)
         size = (apart.shape[3] - ROOT_SIZE) // 3
         usual, apart = apart[..., 2 * size:3 * size], apart[..., 3 * size:]
-        trust = torch.exp(-(apart.square() @ self.wary.exp()[:, None]))  # (5, B, 1, 1)
+        trust = torch.exp(-(apart.square() @ self.wariness()[:, None]))  # (5, B, 1, 1)
         shares = trust * told + (1 - trust) / told.shape[3]
         theirs, ours = (clip.bias.unflatten(2, (told.shape[3], -1)) for clip in (style, own))  # (5, B, moments, n 15)
         poses = told @ ours + shares @ (theirs - ours) - usual

@@ -118,7 +118,7 @@ class _KeyPoses:
 
     def __init__(self, poses: KeyPoses) -> None:
         self.hidden, self.code = map(_Linear, (poses.hidden, poses.code))
-        self.wary = poses.wary.detach().exp().numpy()[..., 0]  # (5, 3)
+        self.wary = poses.wariness().detach().numpy()[..., 0]  # (5, 3)
         self.size, self.joints = poses.parts.count * BODY.stop, poses.parts.back.numpy()
         moments, sharpness = poses.moments.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]  # (5, 1, 1)
         self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, moments)

@@ -58,6 +58,20 @@ def test_of_a_clip_that_goes_another_way_only_the_mean_posture_is_taken(poses):
 
 
 @torch.inference_mode()
+def test_a_slow_walk_is_listened_to_however_wary_training_became(poses):
+    """Most of how it moves arrives; who steps sideways may be as little trusted as training likes."""
+    poses.wary.fill_(3.0)
+    own = poses.style_side(clip())
+    shares = {}
+    for name, channel in (("slower", 1), ("sideways", 0)):
+        other = clip(0.0, 1.4)
+        other[..., ROOT.start + channel] -= 0.7
+        put = put_on(poses, clip(), poses.style_side(other), own) - put_on(poses, clip(), own, own)
+        shares[name] = put[..., BODY].std(2).mean() / (0.4 * clip()[..., BODY].std(2).mean())
+    assert shares["slower"] > 0.6 and shares["sideways"] < 0.1
+
+
+@torch.inference_mode()
 def test_what_is_usual_on_a_way_is_no_style(poses):
     own, other = clip(), clip(0.3, 1.4)
     other[..., ROOT] += 1.0
