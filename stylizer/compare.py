@@ -20,7 +20,7 @@ from stylizer.scaling import Scaled
 from stylizer.whole_body import WholeBody
 
 # Weights, mode, pairs a trial. `drawn`: offline, with styles by label or from the prior instead of from a clip.
-ALL = (("full", "offline", 22), ("slim", "offline", 44), ("slim", "live", 22),
+ALL = (("full", "offline", 22), ("large", "offline", 22), ("slim", "offline", 44), ("slim", "live", 22),
        *((name, mode, size) for name in ("unpaired", "diverse", "latent", "latent_vae", "latent_unlabelled")
          for mode, size in (("offline", 44), ("live", 22), ("drawn", 44))))
 REAL_SIZE = 88
