@@ -4,8 +4,8 @@ import subprocess
 from pathlib import Path
 from typing import Iterable
 
-# Folder name of an archive, as it is unpacked: who made it, and its licence.
 CONTROLLER = "patchwalk"  # the folder of what the controller made: all of it in its one style
+# Folder name of an archive, as it is unpacked: who made it, and its licence.
 ARCHIVES = {
     "accad": "ACCAD Open Motion, The Ohio State University (CC BY 3.0)",
     "cmu16": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",

@@ -28,6 +28,7 @@ SHORTEST = WINDOW * STRIDE  # frames, about a second: one gait cycle
 NAME_LENGTH = 40
 NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{NAME_LENGTH - 1}}}")
 
+
 def user_folder() -> Path:
     """Where the user's own styles live."""
     return data_folder() / "styles"

@@ -11,19 +11,8 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from sim.features import HELD
-from stylizer.blocks import (
-    ROOTED,
-    AdaIN,
-    Adversarial,
-    DomainHead,
-    InstanceNorm,
-    Plain,
-    ResBlock,
-    for_each,
-    newest,
-    pooled,
-    slope_penalty,
-)
+from stylizer.adversarial import Adversarial, slope_penalty
+from stylizer.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, for_each, newest, pooled
 from stylizer.domains import Labelled
 from stylizer.graph import LEVELS
 from stylizer.layers import Unpool, leaky, normalized

@@ -40,6 +40,8 @@ class KeyPoses(nn.Module):
     def __init__(self, moments: int) -> None:
         super().__init__()
         self.parts = Parts(LEVELS[1])
+        size = self.parts.count * BODY.stop
+        self.fields = [*(slice(i * size, (i + 1) * size) for i in range(3)), slice(3 * size, None)]  # of scale, as said above
         inputs = JOINT_COUNT * BODY.stop + ROOT_SIZE
         self.hidden, self.code = nn.Linear(inputs, HIDDEN), nn.Linear(HIDDEN, len(PARTS) * CODE)
         self.usual = nn.Sequential(nn.Linear(ROOT_SIZE, WAYS), nn.LeakyReLU(0.2), nn.Linear(WAYS, JOINT_COUNT * BODY.stop))
@@ -95,8 +97,8 @@ class KeyPoses(nn.Module):
 
     def told(self, motion: Tensor, own: PartStyle) -> Tensor:
         """Which moments normalized motion (21, B, T, 15) in its own style passes through: (5, B, T, moments), sums of one."""
-        by_part = own.scale[..., :-ROOT_SIZE].unflatten(2, (3, -1, BODY.stop))  # (5, B, 3, n, 12)
-        mean, deviation = (self.parts.join(values.transpose(1, 2))[:, :, None] for values in by_part.unbind(2)[:2])
+        mean, deviation = (self.parts.join(own.scale[..., field].unflatten(2, (-1, BODY.stop)).transpose(1, 2))[:, :, None]
+                           for field in self.fields[:2])
         return self.scores(self.codes(motion, (mean, deviation)), 1).softmax(dim=3)
 
     def forward(self, told: Tensor, style: PartStyle, own: PartStyle) -> Tensor:
@@ -105,12 +107,10 @@ class KeyPoses(nn.Module):
         The style's poses for its own ones, moment by moment as far as both clips go the same way over the floor; a walk says
         little about the moments of a step back, and then no more than the mean posture is exchanged. What is usual on the one
         way and not on the other is no style: who turns leans, whatever they wear."""
-        apart = (style.scale - own.scale)[:, :, None]  # (5, B, 1, 3 n 12 + 3)
-        size = (apart.shape[3] - ROOT_SIZE) // 3
-        usual, apart = apart[..., 2 * size:3 * size], apart[..., 3 * size:]
-        trust = torch.exp(-(apart.square() @ self.wariness()[:, None]))  # (5, B, 1, 1)
+        usual, way = ((style.scale[..., field] - own.scale[..., field])[:, :, None] for field in self.fields[2:])
+        trust = torch.exp(-(way.square() @ self.wariness()[:, None]))  # (5, B, 1, 1)
         shares = trust * told + (1 - trust) / told.shape[3]
-        theirs, ours = (clip.bias.unflatten(2, (told.shape[3], -1)) for clip in (style, own))  # (5, B, moments, n 15)
+        theirs, ours = (clip.bias.unflatten(2, (told.shape[3], -1)) for clip in (style, own))  # (5, B, moments, n 12)
         poses = told @ ours + shares @ (theirs - ours) - usual
         poses = self.parts.join(poses.unflatten(3, (-1, BODY.stop)).permute(0, 3, 1, 2, 4))
         return torch.cat([poses, torch.zeros_like(poses[..., :ROOT_SIZE])], dim=-1)

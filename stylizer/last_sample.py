@@ -11,7 +11,7 @@ import torch
 from sim.skeleton import PARTS
 from stylizer.blend import Style
 from stylizer.configs import KEY_POSES, Config
-from stylizer.key_poses import BODY, QUIET, ROOT, ROOT_SIZE, KeyPoses
+from stylizer.key_poses import BODY, QUIET, ROOT, KeyPoses
 from stylizer.layers import EPSILON, JointLinear, PartStyle, Pool, STConv
 from stylizer.motion_puzzle import BPStyleNet, MotionPuzzle
 
@@ -119,7 +119,7 @@ class _KeyPoses:
     def __init__(self, poses: KeyPoses) -> None:
         self.hidden, self.code = map(_Linear, (poses.hidden, poses.code))
         self.wary = poses.wariness().detach().numpy()[..., 0]  # (5, 3)
-        self.size, self.joints = poses.parts.count * BODY.stop, poses.parts.back.numpy()
+        self.fields, self.joints = poses.fields, poses.parts.back.numpy()
         moments, sharpness = poses.moments.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]  # (5, 1, 1)
         self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, moments)
         self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, moments)
@@ -130,8 +130,8 @@ class _KeyPoses:
         return np.array([self._poses(told, look, own) for look in looks])
 
     def _told(self, pose: np.ndarray, own: PartStyle) -> np.ndarray:
-        mean, deviation = (own.scale[..., side].reshape(len(own.scale), -1, BODY.stop)[:, self.joints]
-                           for side in (slice(self.size), slice(self.size, 2 * self.size)))
+        mean, deviation = (own.scale[..., field].reshape(len(own.scale), -1, BODY.stop)[:, self.joints]
+                           for field in self.fields[:2])
         bare = (pose[..., BODY] - mean) / (deviation + np.float32(QUIET))
         bare /= np.sqrt(1 + np.square(bare).sum(axis=(1, 2), keepdims=True) / bare[0].size)
         code = self.code(_leaky(self.hidden(np.concatenate([bare.reshape(len(bare), -1), pose[:, 0, ROOT]], axis=1))))
@@ -140,9 +140,8 @@ class _KeyPoses:
         return weight / weight.sum(axis=-1, keepdims=True)
 
     def _poses(self, told: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
-        apart = look.scale - own.scale
-        usual, apart = apart[..., 2 * self.size:3 * self.size], apart[..., -ROOT_SIZE:]
-        trust = np.exp(-(apart * apart * self.wary).sum(axis=-1))[..., None, None]
+        usual, way = (look.scale[..., field] - own.scale[..., field] for field in self.fields[2:])
+        trust = np.exp(-(way * way * self.wary).sum(axis=-1))[..., None, None]
         theirs, ours = (clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own))
         shares = trust * told + (1 - trust) / told.shape[-1]
         poses = (told - shares) @ ours + shares @ theirs - usual[:, :, None]  # (batch, 5, 1, n 12)

@@ -42,7 +42,7 @@ class Config:
     pose: tuple[int, int] = (192, 192)  # channels of the autoencoder at T / 2, T / 4
     latent: int = 128  # D_z of a motion code
     width: int = 128  # channels of content encoder, style encoder and generator
-    content: int = 8  # D_z^c of a content code; 64 let all of the style through (SRA 0.15 for 0.61)
+    content: int = 8  # D_z^c of a content code; 64 let all of the style through
     code: int = 16  # D_z^s of a style code
     blocks: int = 2  # residual blocks of the content encoder, and of the generator
     taps: int = 5  # samples that the autoencoder's convolutions see; all others see 3

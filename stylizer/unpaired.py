@@ -10,10 +10,10 @@ from torch import Tensor, nn
 
 from sim.features import LAYOUT
 from sim.skeleton import INDEX, JOINT_COUNT
+from stylizer.adversarial import Adversarial, slope_penalty
 from stylizer.blocks import (
     BODY,
     AdaIN,
-    Adversarial,
     DomainHead,
     InstanceNorm,
     ResBlock,
@@ -23,7 +23,6 @@ from stylizer.blocks import (
     halving,
     newest,
     pooled,
-    slope_penalty,
     stack,
     whole,
 )

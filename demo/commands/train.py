@@ -22,8 +22,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR",
                         help="where weights, checkpoint and curve go (default: runs/MODEL)")
     parser.add_argument("--network", metavar="NAME",
-                        help="stylizer only: slim (default), full, paper_slim, or an ablation: no_key_poses, no_attention, "
-                             "whole_body_adain; or another system: unpaired, diverse, latent, latent_unlabelled, latent_vae")
+                        help="stylizer only: slim (default), full, large, paper_slim, or an ablation: no_key_poses, "
+                             "no_attention, whole_body_adain; or another system: unpaired, diverse, latent, "
+                             "latent_unlabelled, latent_vae")
     parser.add_argument("--recipe", metavar="NAME", help="stylizer only: ours (default) or paper, its losses alone")
     parser.add_argument("--leave-out", nargs="+", metavar="WORD",
                         help="stylizer only: clips with one of these words in their name are not learned from")
