@@ -26,6 +26,11 @@ def spring_step(x, v, target, halflife: float, dt):
     return e * (j0 + j1 * dt) + target, e * (v - j1 * y * dt)
 
 
+def lag(halflife: float) -> float:
+    """Seconds by which `spring_step` is behind a target that moves steadily."""
+    return 2 / _stiffness(halflife)
+
+
 def soft_spring_step(x, v, a, target, halflife: float, dt: float):
     """Position, velocity and acceleration of a spring of third order after dt seconds, exactly: its acceleration never jumps,
     so a gap that opens in one frame is closed without a jolt."""

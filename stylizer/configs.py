@@ -28,6 +28,7 @@ class Config:
     own_ends: bool = False  # each joint has weights of its own in the 1x1 convolutions at both ends
     key_poses: int = 0  # moments whose key poses are put on directly, joint by joint; the network makes what is missing
     way: int = 0  # hidden units by which the content's way over the floor has a say in BP-AdaIN; 0: none
+    decodes: bool = True  # False: the decoder adds nothing to the key poses
     relative: bool = False  # what the decoder loses of the content's own movement is measured, to be put back
 
     def conv(self, level: int, channels_in: int, channels_out: int, taps: int = 0) -> STConv:
@@ -59,5 +60,5 @@ ADDED = {"style_statistics": 2, "own_ends": True, "key_poses": 96, "way": 32, "r
 LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
 SLIM = replace(PAPER_SLIM, stem=12, channels=(24, 48, 96), **ADDED)  # what is shipped
 CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "large": LARGE, "slim": SLIM,
-           "no_key_poses": replace(SLIM, key_poses=0), "no_attention": replace(SLIM, attention=False),
-           "whole_body_adain": replace(SLIM, by_part=False)}
+           "no_key_poses": replace(SLIM, key_poses=0), "key_poses_alone": replace(SLIM, decodes=False),
+           "no_attention": replace(SLIM, attention=False), "whole_body_adain": replace(SLIM, by_part=False)}

@@ -9,6 +9,7 @@ import torch
 from sim.folders import cache_folder
 from stylizer import labelled, weights
 from stylizer.classifier import STEPS, judge
+from stylizer.combinations import combinations, folds, real_where_unknown
 from stylizer.figures import Further
 from stylizer.labelled import Labelled
 from stylizer.motion_puzzle import MotionPuzzle
@@ -17,8 +18,8 @@ from stylizer.rows import TRIALS, Judges, Transfer, milliseconds, real_row, row
 # What is measured, in the order of the table: name of the weights, offline or live, pairs a trial. Where the weights are not
 # there, the row is left out.
 ROWS = (("full", "offline", 22), ("large", "offline", 22), ("slim", "offline", 44), ("slim", "live", 22),
-        ("no_key_poses", "offline", 44), ("no_attention", "offline", 44), ("whole_body_adain", "offline", 44),
-        ("paper_losses", "offline", 44))
+        ("no_key_poses", "offline", 44), ("key_poses_alone", "offline", 44), ("no_attention", "offline", 44),
+        ("whole_body_adain", "offline", 44), ("paper_losses", "offline", 44))
 LEFT_OUT = "left_out"  # weights whose training left some styles out, and what that option is called
 LEFT_OUT_SIZE = SAME_CONTENT_SIZE = 22
 REAL_SIZE = 88
@@ -46,9 +47,10 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
     found = weights_found([*(name for name, _, _ in ROWS), LEFT_OUT], folder)
     left_out = found.pop(LEFT_OUT, None)
     present = [entry for entry in ROWS if entry[0] in found]
-    files = sum(map(len, labelled.labelled_files(data_dir).values()))
-    steps = files + 2 * STEPS + TRIALS * sum(size for _, _, size in present) + FURTHER_FIGURES
-    steps += TRIALS * (2 * SAME_CONTENT_SIZE + (LEFT_OUT_SIZE if left_out else 0))
+    files = labelled.labelled_files(data_dir)
+    kept = folds(files)
+    steps = sum(map(len, files.values())) + 2 * STEPS * (1 + len(kept)) + FURTHER_FIGURES
+    steps += TRIALS * (sum(size for _, _, size in present) + 2 * SAME_CONTENT_SIZE + (LEFT_OUT_SIZE if left_out else 0))
     tick = progress(steps) if progress else lambda: None
     models = {name: weights.load(name, where)[0] for name, where in found.items()}
     data, judges = judged(data_dir, tick)
@@ -64,6 +66,7 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
         figures[f"same_content_{mode}"] = row(transfer, data.generate, judges, SAME_CONTENT_SIZE, tick, same_content=True)
     if left_out:
         figures[LEFT_OUT] = _unseen(left_out / f"{LEFT_OUT}.safetensors", data, judges, tick)
+    figures["real_where_unknown"] = real_where_unknown(data, kept, cache_folder(), tick)
     report = {"real": real_row(data.generate, judges, REAL_SIZE), "rows": rows, "figures": figures}
     wanted = dict.fromkeys([name for name, _, _ in ROWS] + [LEFT_OUT])
     there = {*found, *([LEFT_OUT] if left_out else [])}
@@ -82,7 +85,8 @@ def judged(data_dir: Path, tick: Callable[[], object]) -> tuple[Labelled, Judges
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)
     data = labelled.load(data_dir, tick)
-    return data, Judges(*(judge(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style")))
+    judges = (judge(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style"))
+    return data, Judges(*judges, frozenset(combinations(data.classify)))
 
 
 def _unseen(path: Path, data: Labelled, judges: Judges, tick: Callable[[], object]) -> dict:

@@ -12,41 +12,39 @@ import math
 import torch
 from torch import Tensor, nn
 
-from sim.features import LAYOUT
 from sim.skeleton import JOINT_COUNT, PARTS
 from stylizer.graph import LEVELS
 from stylizer.layers import Parts, PartStyle, leaky
+from stylizer.translation import CODE as STYLE_CODE
+from stylizer.translation import LEAST, ROOT, ROOT_SIZE, Translation
 
-BODY = slice(0, LAYOUT["root"].start)  # all but the way over the floor, which is the content's
-ROOT = LAYOUT["root"]
-ROOT_SIZE = ROOT.stop - ROOT.start
+BODY = slice(0, ROOT.start)  # all but the way over the floor, which is the content's
 HIDDEN, CODE = 96, 16  # units of the network that tells moments, and of the code it tells them by
-WAYS = 32  # units of the network that tells what is usual on a way
 QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves tells little
-MOST_GAIN = 2.0  # what the moments' average has lost of a joint's liveliness is given back up to this
 # Sideways, forward, turning: how little another way may be trusted at most. A slow walk does say how legs move in a quick one;
 # learning alone, whose loss is fond of medians, makes legs hardly ever listen to it.
 MOST_WARY = torch.tensor([math.inf, 0.3, math.inf])[:, None]
-SHARPNESS = 10.0  # how surely moments are told at first: minus the score at the mean distance of two poses' codes
+SHARPNESS = 3.0  # how surely moments are told at first: minus the score at the mean distance of two poses' codes
+RIDGE = 0.03  # how much dearer it is to change a moment that is never told than to miss the clip's poses
 
 
 class KeyPoses(nn.Module):
     """The moments of five body parts, and what tells them from a whole body without its style.
 
     A pose loses its style by its clip's own statistics: mean and deviation of every joint. As a `PartStyle` a clip's key poses
-    are: bias, the flattened table (5, B, moments n 12) of n joints a part; scale, (5, B, 3 n 12 + 3), those statistics, what
-    is usual on the clip's mean way over the floor, and that way; no tokens."""
+    are: bias, the flattened table (5, B, moments n 12) of n joints a part, as they differ from the mean; scale, the `fields` of
+    (5, B, 5 n 12 + 3 + 16): mean, deviation, what `Translation` needs, and the mean way over the floor; no tokens."""
 
     def __init__(self, moments: int) -> None:
         super().__init__()
         self.parts = Parts(LEVELS[1])
         size = self.parts.count * BODY.stop
-        self.fields = [*(slice(i * size, (i + 1) * size) for i in range(3)), slice(3 * size, None)]  # of scale, as said above
+        ends = torch.tensor([0, size, size, 2 * size, ROOT_SIZE, STYLE_CODE]).cumsum(0).tolist()
+        self.fields = [slice(*both) for both in zip(ends, ends[1:])]  # of scale: mean, deviation, here, way, code
         inputs = JOINT_COUNT * BODY.stop + ROOT_SIZE
         self.hidden, self.code = nn.Linear(inputs, HIDDEN), nn.Linear(HIDDEN, len(PARTS) * CODE)
-        self.usual = nn.Sequential(nn.Linear(ROOT_SIZE, WAYS), nn.LeakyReLU(0.2), nn.Linear(WAYS, JOINT_COUNT * BODY.stop))
+        self.translation = Translation(JOINT_COUNT * BODY.stop, size)
         self.moments = nn.Parameter(torch.randn(len(PARTS), moments, CODE))
-        nn.init.zeros_(self.usual[-1].weight)
         self.sharpness = nn.Parameter(torch.zeros(2, len(PARTS), 1, 1, 1))  # logarithms: of a style's poses, of the content's
         self.wary = nn.Parameter(torch.full((len(PARTS), ROOT_SIZE, 1), -1.5))  # logarithms: how little another way is trusted
 
@@ -82,14 +80,19 @@ class KeyPoses(nn.Module):
         """The key poses of a style clip (21, B, T, 15) of any length."""
         statistics = self.statistics(clip)
         codes = self.codes(clip, statistics)
-        poses = self.parts.split(clip[..., BODY]).permute(0, 2, 3, 1, 4).flatten(3)  # (5, B, T, n 12)
-        table = _lively(self.scores(codes, 0).softmax(dim=2).transpose(2, 3) @ poses, self.scores(codes, 1).softmax(dim=3), poses)
+        mean, deviation = (self._by_part(values)[:, :, 0] for values in statistics)
+        poses = self._by_part(clip[..., BODY]) - mean[:, :, None]
+        first = self.scores(codes, 0).softmax(dim=2).transpose(2, 3) @ poses
+        table = _fitted(first, self.scores(codes, 1).softmax(dim=3), poses)
         way = clip[0, ..., ROOT].mean(1)
-        usual = self.usual(way).unflatten(1, (JOINT_COUNT, 1, -1)).transpose(0, 1)
-        scale = [self.parts.split(values)[:, :, :, 0].transpose(1, 2).flatten(2) for values in (*statistics, usual)]
-        way = way.expand(len(PARTS), -1, -1)
-        none = way[:, :, None][:, :, :0]
-        return PartStyle(torch.cat([*scale, way], dim=2), table.flatten(2), none, none)
+        code, here = self.translation.style_side(*(values[:, :, 0].transpose(0, 1).flatten(1) for values in statistics), way)
+        scale = torch.cat([mean, deviation, here, *(each.expand(len(PARTS), -1, -1) for each in (way, code))], dim=2)
+        none = way.new_zeros(len(PARTS), len(way), 0, ROOT_SIZE)
+        return PartStyle(scale, table.flatten(2), none, none)
+
+    def _by_part(self, values: Tensor) -> Tensor:
+        """(21, B, T, 12) -> (5, B, T, n 12)"""
+        return self.parts.split(values).permute(0, 2, 3, 1, 4).flatten(3)
 
     def wariness(self) -> Tensor:
         """(5, 3, 1) how quickly trust falls with the square of what lies between two ways: sideways, forward, turning."""
@@ -101,31 +104,44 @@ class KeyPoses(nn.Module):
                            for field in self.fields[:2])
         return self.scores(self.codes(motion, (mean, deviation)), 1).softmax(dim=3)
 
-    def forward(self, told: Tensor, style: PartStyle, own: PartStyle) -> Tensor:
-        """What is put on motion in its own style so that it wears another: told (5, B, T, moments) -> (21, B, T, 15).
+    def held(self, style: PartStyle, way: Tensor) -> tuple[Tensor, Tensor]:
+        """Of a style that goes another way (B, 3): the mean, and the logarithm of what its movement is multiplied by, two of
+        (5, B, n 12)."""
+        mean, _, here, _, code = (style.scale[..., field] for field in self.fields)
+        shift, gain = self.translation(code, here, way)
+        return mean + shift, gain
 
-        The style's poses for its own ones, moment by moment as far as both clips go the same way over the floor; a walk says
-        little about the moments of a step back, and then no more than the mean posture is exchanged. What is usual on the one
-        way and not on the other is no style: who turns leans, whatever they wear."""
-        usual, way = ((style.scale[..., field] - own.scale[..., field])[:, :, None] for field in self.fields[2:])
-        trust = torch.exp(-(way.square() @ self.wariness()[:, None]))  # (5, B, 1, 1)
-        shares = trust * told + (1 - trust) / told.shape[3]
-        theirs, ours = (clip.bias.unflatten(2, (told.shape[3], -1)) for clip in (style, own))  # (5, B, moments, n 12)
-        poses = told @ ours + shares @ (theirs - ours) - usual
+    def forward(self, told: Tensor, way: Tensor, style: PartStyle, own: PartStyle) -> Tensor:
+        """What is put on motion in its own style, going a way (B, 3), so that it wears another: told (5, B, T, moments) ->
+        (21, B, T, 15).
+
+        The style's mean posture for its own, and the style's movement, moment by moment, as far as its clip goes the same way
+        over the floor: a walk says little about the moments of a step back."""
+        trust = torch.exp(-((style.scale[..., self.fields[3]] - way)[:, :, None].square() @ self.wariness()[:, None]))
+        (theirs, their_moves), (ours, our_moves) = (self._worn(told, way, clip) for clip in (style, own))
+        poses = ours + our_moves + (theirs - ours) + trust * (their_moves - our_moves)
         poses = self.parts.join(poses.unflatten(3, (-1, BODY.stop)).permute(0, 3, 1, 2, 4))
         return torch.cat([poses, torch.zeros_like(poses[..., :ROOT_SIZE])], dim=-1)
 
+    def _worn(self, told: Tensor, way: Tensor, clip: PartStyle) -> tuple[Tensor, Tensor]:
+        """How a clip's parts are held going this way, (5, B, 1, n 12), and how they move, (5, B, T, n 12)."""
+        mean, gain = (values[:, :, None] for values in self.held(clip, way))
+        return mean, told @ clip.bias.unflatten(2, (told.shape[3], -1)) * gain.exp()
 
-def _lively(table: Tensor, told: Tensor, poses: Tensor) -> Tensor:
-    """A table of key poses (5, B, moments, n 12) drawn away from their mean so far that its clip, poses (5, B, T, n 12) told
-    (5, B, T, moments) as content is, comes back as lively as it is: a mean of poses moves less than any of them."""
-    rebuilt = told @ table
-    gain = (_deviations(poses) / _deviations(rebuilt)).clamp(1.0, MOST_GAIN)
-    mean = rebuilt.mean(2, keepdim=True)
-    return mean + (table - mean) * gain
+    def mistranslated(self, style: PartStyle, clip: Tensor) -> Tensor:
+        """By how much the style, going the way of a normalized clip (21, B, T, 15) in the same style, misses how that is held and
+        how lively it is: the mean over both."""
+        way = clip[0, ..., ROOT].mean(1)
+        mean, gain = self.held(style, way)
+        wanted, lively = (self._by_part(values)[:, :, 0] for values in self.statistics(clip))
+        ratio = (lively + LEAST).log() - (style.scale[..., self.fields[1]] + LEAST).log()
+        return ((mean - wanted).abs() + (gain - ratio).abs()).mean()
 
 
-def _deviations(poses: Tensor) -> Tensor:
-    """(5, B, T, n 12) -> (5, B, 1, n 12) deviation over time, for each joint one."""
-    by_joint = poses.var(2, keepdim=True, correction=0).unflatten(3, (-1, BODY.stop))
-    return by_joint.mean(-1, keepdim=True).expand_as(by_joint).flatten(3).add(1e-6).sqrt()
+def _fitted(table: Tensor, told: Tensor, poses: Tensor) -> Tensor:
+    """A table of key poses (5, B, moments, n 12) changed so that its clip, poses (5, B, T, n 12) told (5, B, T, moments) as
+    content is, comes back as it is: means of poses move less than the poses do. Ridge regression, from the table given."""
+    missed = told.transpose(2, 3) @ (poses - told @ table) / told.shape[2]
+    together = told.transpose(2, 3) @ told / told.shape[2]
+    dear = RIDGE / told.shape[3] * torch.eye(told.shape[3], device=told.device)
+    return table + torch.linalg.solve(together + dear, missed)

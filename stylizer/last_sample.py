@@ -11,25 +11,53 @@ import torch
 from sim.skeleton import PARTS
 from stylizer.blend import Style
 from stylizer.configs import KEY_POSES, Config
-from stylizer.key_poses import BODY, QUIET, ROOT, KeyPoses
+from stylizer.key_poses import BODY, QUIET, KeyPoses
 from stylizer.layers import EPSILON, JointLinear, PartStyle, Pool, STConv
 from stylizer.motion_puzzle import BPStyleNet, MotionPuzzle
+from stylizer.translation import MOST, ROOT
 
 KEPT = 16  # styles whose numbers are kept at hand
-Answer = tuple[np.ndarray, np.ndarray | None]  # features (batch, 21, 15) in a style, and in their own where that is asked
 
 
-def live_form(model: MotionPuzzle) -> Callable[[np.ndarray, Style, Style], Answer]:
-    """What answers windows of features (batch, samples, 21, 15), a style and their own with the last sample, restyled: what
-    MotionPuzzle gives for `last=1`. A network of another shape than the shipped one answers for itself."""
-    if LastSample.fits(model.config):
-        return LastSample(model)
+class LiveForm:
+    """A network in two halves, for the live stylizer: its decoder, which looks at half a second, and its key poses, which look at
+    one pose. Both say how features (batch, 21, 15) change, from what they are to what they are in a style."""
 
-    def answer(windows: np.ndarray, style: Style, own: Style) -> Answer:
-        motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
-        return tuple(said if said is None else model.restore(said)[:, 0].double().numpy()
-                     for said in model(motion, style, own, last=1))
-    return answer
+    def __init__(self, model: MotionPuzzle) -> None:
+        self.model = model
+
+    @torch.inference_mode()
+    def decoded(self, windows: np.ndarray, style: Style, own: Style) -> np.ndarray:
+        """What the decoder changes in the last sample of windows of features (batch, samples, 21, 15)."""
+        motion, model = self._normalized(windows), self.model
+        content = model.content_encoder(motion)
+        if not model.config.relative:
+            (styled,) = model.decoded(motion, content, [style], last=1)
+            return model.restore(styled)[:, 0].double().numpy() - windows[:, -1]
+        styled, rebuilt = model.decoded(motion, content, [style, own], last=1)
+        return ((styled - rebuilt) * model.deviation).permute(1, 2, 0, 3)[:, 0].double().numpy()
+
+    @torch.inference_mode()
+    def key_poses(self, poses: np.ndarray, ways: np.ndarray, style: Style, own: Style) -> np.ndarray | float:
+        """What key poses change in poses, features (batch, 21, 15), on mean ways over the floor (batch, 3); 0 without them."""
+        key_poses, model = self.model.key_poses, self.model
+        if not key_poses:
+            return 0.0
+        motion = self._normalized(poses[:, None])
+        way = self._normalized(np.broadcast_to(ways[:, None, None], (len(ways), 1, len(model.mean), 3)), ROOT)[0, :, 0]
+        told = key_poses.told(motion, own[KEY_POSES])
+        styled, rebuilt = (key_poses(told, way, look[KEY_POSES], own[KEY_POSES]) for look in (style, own))
+        return ((styled - rebuilt) * model.deviation).permute(1, 2, 0, 3)[:, 0].double().numpy()
+
+    def _normalized(self, features: np.ndarray, channels: slice = slice(None)) -> torch.Tensor:
+        """(batch, samples, 21, c) -> (21, batch, samples, c)"""
+        values = torch.from_numpy(features.astype(np.float32)).permute(2, 0, 1, 3)
+        return (values - self.model.mean[..., channels]) / self.model.deviation[..., channels]
+
+
+def live_form(model: MotionPuzzle) -> "LiveForm | LastSample":
+    """The quick one for a network of the shape that is shipped; another answers for itself."""
+    return LastSample(model) if LastSample.fits(model.config) else LiveForm(model)
 
 
 class LastSample:
@@ -38,7 +66,6 @@ class LastSample:
     def __init__(self, model: MotionPuzzle) -> None:
         """model: one that `fits`."""
         encoder, decoder = model.content_encoder, model.decoder
-        self.relative = model.config.relative
         self.mean, self.deviation = (values.numpy()[:, 0, 0] for values in (model.mean, model.deviation))
         self.stem, self.head = _end(encoder.stem), _end(decoder.head)
         self.convs = [_Conv(conv) for conv in encoder.convs]
@@ -48,28 +75,36 @@ class LastSample:
         self.last = _LastConv(decoder.blocks["1"].conv)
         self.needed = (1 + decoder.blocks["1"].reach + 1) // 2  # last samples of level 2 that the last of level 1 can see
         self.way = _Way(model) if model.way else None
-        self.key_poses = _KeyPoses(model.key_poses) if model.key_poses else None
+        self.moments = _KeyPoses(model.key_poses) if model.key_poses else None
         self._views: dict[int, tuple[Style, dict[int, PartStyle]]] = {}
 
     @staticmethod
     def fits(config: Config) -> bool:
-        return not config.residual_taps and config.style_levels == (3, 2) and config.by_part and config.attention
+        return (not config.residual_taps and config.style_levels == (3, 2) and config.by_part and config.attention
+                and config.relative and config.decodes)
 
-    def __call__(self, windows: np.ndarray, style: Style, own: Style) -> Answer:
+    def decoded(self, windows: np.ndarray, style: Style, own: Style) -> np.ndarray:
+        """As LiveForm.decoded."""
         motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
-        seen_own = self._seen(own)
-        looks = [self._seen(style), seen_own][:1 + self.relative]
+        looks = [self._seen(style), self._seen(own)]
         said = self.way(motion) if self.way else {3: (0.0, 0.0), 2: (0.0, 0.0)}
         x = self._encoded(motion)[None].repeat(len(looks), axis=0)
         for level, net, source in zip((3, 2), self.nets, self.sources):
             x = net(x, [look[level] for look in looks], said[level], self.needed if level == 2 else None)
             x = x[:, source].repeat(2, axis=2).reshape(len(looks), len(windows), len(source), -1, x.shape[-1])
         x = self.head(_leaky(self.last(_leaky(x.reshape(-1, *x.shape[2:])))[:, :, None]))
-        answers = x.reshape(len(looks), len(windows), *self.mean.shape)
-        if self.key_poses:
-            answers[..., BODY] += self.key_poses(motion, [look[KEY_POSES] for look in looks], seen_own[KEY_POSES])
-        answers = (answers * self.deviation + self.mean).astype(float)
-        return answers[0], answers[1] if self.relative else None
+        styled, rebuilt = x.reshape(len(looks), len(windows), *self.mean.shape)
+        return ((styled - rebuilt) * self.deviation).astype(float)
+
+    def key_poses(self, poses: np.ndarray, ways: np.ndarray, style: Style, own: Style) -> np.ndarray | float:
+        """As LiveForm.key_poses."""
+        if not self.moments:
+            return 0.0
+        poses = ((poses - self.mean) / self.deviation).astype(np.float32)
+        ways = ((ways - self.mean[0, ROOT]) / self.deviation[0, ROOT]).astype(np.float32)
+        change = np.zeros(poses.shape)
+        change[..., BODY] = self.moments(poses, ways, *(self._seen(look)[KEY_POSES] for look in (style, own)))
+        return change * self.deviation
 
     def _seen(self, style: Style) -> dict[int, PartStyle]:
         """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
@@ -114,22 +149,35 @@ def _end(layer: torch.nn.Module) -> Callable[[np.ndarray], np.ndarray]:
 
 
 class _KeyPoses:
-    """stylizer.key_poses.KeyPoses."""
+    """stylizer.key_poses.KeyPoses and its Translation."""
 
     def __init__(self, poses: KeyPoses) -> None:
-        self.hidden, self.code = map(_Linear, (poses.hidden, poses.code))
+        self.hidden, self.code, self.going = map(_Linear, (poses.hidden, poses.code, poses.translation.going))
+        self.sides = poses.translation.weight.detach().numpy()  # (5, HIDDEN, 2 n 12)
         self.wary = poses.wariness().detach().numpy()[..., 0]  # (5, 3)
         self.fields, self.joints = poses.fields, poses.parts.back.numpy()
         moments, sharpness = poses.moments.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]  # (5, 1, 1)
         self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, moments)
         self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, moments)
 
-    def __call__(self, motion: np.ndarray, looks: list[PartStyle], own: PartStyle) -> np.ndarray:
-        """What is put on the last sample of normalized motion (batch, 21, T, 15), in each look: (looks, batch, 21, 12)."""
-        told = self._told(motion[:, :, -1], own)[:, :, None]  # (batch, 5, 1, moments)
-        return np.array([self._poses(told, look, own) for look in looks])
+    def __call__(self, poses: np.ndarray, ways: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
+        """By how much a look on normalized poses (batch, 21, 15) differs from their own: (batch, 21, 12)."""
+        told, ways = self._told(poses, own), ways[:, None].repeat(len(PARTS), axis=1)
+        (theirs, their_moves), (ours, our_moves) = (self._worn(told, ways, clip) for clip in (look, own))
+        trust = np.exp(-(np.square(look.scale[..., self.fields[3]] - ways) * self.wary).sum(axis=-1, keepdims=True))
+        change = theirs - ours + trust * (their_moves - our_moves)
+        return change.reshape(len(poses), -1, BODY.stop)[:, self.joints]
+
+    def _worn(self, told: np.ndarray, ways: np.ndarray, clip: PartStyle) -> tuple[np.ndarray, np.ndarray]:
+        """How a clip's parts are held going these ways, and how they move: (batch, 5, n 12) both."""
+        mean, _, here, _, code = (clip.scale[..., field] for field in self.fields)
+        going = _leaky(self.going(np.concatenate([code, ways], axis=-1)))[:, :, None] @ self.sides
+        shift, gain = np.split(going[:, :, 0] - here, 2, axis=-1)
+        moves = told[:, :, None] @ clip.bias.reshape(*told.shape, -1)
+        return mean + shift, moves[:, :, 0] * np.exp(gain.clip(-MOST, MOST))
 
     def _told(self, pose: np.ndarray, own: PartStyle) -> np.ndarray:
+        """(batch, 5, moments)"""
         mean, deviation = (own.scale[..., field].reshape(len(own.scale), -1, BODY.stop)[:, self.joints]
                            for field in self.fields[:2])
         bare = (pose[..., BODY] - mean) / (deviation + np.float32(QUIET))
@@ -138,14 +186,6 @@ class _KeyPoses:
         score = (code.reshape(len(code), len(PARTS), 1, -1) @ self.codes)[:, :, 0] + self.offsets
         weight = np.exp(score - score.max(axis=-1, keepdims=True))
         return weight / weight.sum(axis=-1, keepdims=True)
-
-    def _poses(self, told: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
-        usual, way = (look.scale[..., field] - own.scale[..., field] for field in self.fields[2:])
-        trust = np.exp(-(way * way * self.wary).sum(axis=-1))[..., None, None]
-        theirs, ours = (clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own))
-        shares = trust * told + (1 - trust) / told.shape[-1]
-        poses = (told - shares) @ ours + shares @ theirs - usual[:, :, None]  # (batch, 5, 1, n 12)
-        return poses.reshape(len(poses), -1, BODY.stop)[:, self.joints]
 
 
 class _Pool:

@@ -1,23 +1,23 @@
 """The live stylizer: restyles the newest frame, body part by body part, sixty times a second.
 
-The network's answer is never drawn as it is. What is taken from it is, joint by joint, the turn from the neutral pose
-to the styled one; that turn is smoothed, scaled by the part's strength and put on top of the neutral pose. So the
-neutral motion passes through untouched, strength 0 is the neutral pose exactly, and the network's own noise is damped.
+What is taken from the network is how a style differs from the neutral one; that is smoothed. Of the neutral pose changed by it,
+joint by joint, the turn away from the neutral pose is scaled by the part's strength and put on top. So the neutral motion
+passes through untouched, strength 0 is the neutral pose exactly, and the network's own noise is damped.
 """
 
 from functools import cache
 from itertools import groupby
 from pathlib import Path
-from typing import Iterable, Mapping, Sequence
+from typing import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 import torch
 
 from sim.clip import FPS, Clip
-from sim.features import FEATURES, STRIDE
+from sim.features import FEATURES, LAYOUT, STRIDE
 from sim.pose import Pose
-from sim.skeleton import JOINT_COUNT, PART_NAMES
-from sim.springs import decay, soft_spring_step, spring_step
+from sim.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
+from sim.springs import lag, soft_spring_step, spring_step
 from sim.worn import Worn, names
 from stylizer.attention import attention_map
 from stylizer.bank import Bank
@@ -25,7 +25,6 @@ from stylizer.blend import Style, for_batch, joined, put, side_by_side
 from stylizer.last_sample import live_form
 from stylizer.turns import (
     ARM_PARTS,
-    PART_OF_ROW,
     asked,
     continued,
     feet_off,
@@ -37,18 +36,23 @@ from stylizer.turns import (
 )
 from stylizer.wearer import OWN, Wearer
 
-SWITCH_HALFLIFE = 0.15  # seconds in which half of the way from one style to another is gone
-SMOOTHING_HALFLIFE = 0.05  # seconds; the turns that the network asks for follow a spring, and lag by as much
+GLIDE_HALFLIFE = 0.15  # seconds in which half of a jump is gone: to another system's answer, to a style under the same name
+SMOOTHING_HALFLIFE = 0.07  # seconds; what the network changes follows a spring
 FLOOR_HALFLIFE = 0.08  # seconds, for the height that all legs are lengthened or shortened by
 DT = 1 / FPS
 GROUP = 16  # characters, of whom half are asked for at a time: so many windows at once are quickest, for they stay in the caches
 KEPT = 3  # joined styles that are kept for a group: of its halves, and of a frame between in which a style changes
-LOST_SHARE = 1 - decay(1.0, STRIDE * DT)  # of an answer in the average of what is lost: a half-life of a second, once it is past
+# Key poses are asked for the pose that is to come so many samples later: the spring lags as far behind, and a style's arm is to
+# be forward when the neutral one is. A pose changes so steadily that its own velocity tells where it will be.
+AHEAD = lag(SMOOTHING_HALFLIFE) * FPS / STRIDE
+STEADY = 2  # samples over which that velocity is measured
 
 
 class LiveStylizer:
     """Implements `sim.session.Stylizer`, for one character or for a crowd. Deterministic: the same calls give the same poses,
     bit for bit."""
+
+    FADES = True  # whether styles themselves can be blended, so that a part fades into another
 
     def __init__(self, bank: Bank, crowd: tuple[int, ...] = ()) -> None:
         """crowd: (N,) for N characters, with whom every array has one more axis in front; none for one character."""
@@ -83,12 +87,12 @@ class LiveStylizer:
     def restart(self) -> None:
         """Back to before the first step: nothing is worn."""
         count = int(np.prod(self._leading))
-        self.wearers = [Wearer(late=one % 2 == 1) for one in range(count)]
-        self.turns = _Turns(self._leading)
+        self.wearers = [Wearer(one % 2 == 1, self.FADES) for one in range(count)]
+        self.change = _Change(self._leading)
         self.raised, self.raised_rate = np.zeros((2, *self._leading))  # what legs are shortened by, feet under the styled hips
-        self._answers = np.zeros((count, JOINT_COUNT, FEATURES))  # the network's own, when each was last asked for
-        self._newest = np.zeros((count, len(PART_OF_ROW), 3))  # the same as rows
-        self._lost, self._asked = np.zeros((count, JOINT_COUNT, FEATURES)), np.zeros(count, int)  # on average; how often asked
+        self._decoded = np.zeros((count, JOINT_COUNT, FEATURES))  # what the decoder changed when each was last asked for
+        self._rows = np.zeros((*self._leading, JOINT_COUNT + 1, 3))  # what was put on last (see stylizer.turns)
+        self.answer: np.ndarray | None = None  # the neutral pose as changed: features (..., 21, 15)
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
         """window: features (..., 16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn), of a crowd one for
@@ -96,35 +100,33 @@ class LiveStylizer:
         styles = style if self._leading else (style,)
         for name in {name for each in styles for worn in each.values() for name in names(worn)}:
             self.bank[name]
-        switched = self._together(wearer.step(each) for wearer, each in zip(self.wearers, styles, strict=True))
+        jumping = self._together(wearer.step(each) for wearer, each in zip(self.wearers, styles, strict=True))
         strengths = self._together(wearer.strengths for wearer in self.wearers)
         worn = strengths.any(axis=-1)
-        rows = self._answer(window)
+        change = self._changed(window)
         if not worn.any():
-            self.turns.worn[:] = False
+            self.change.worn[:] = False
             self.raised, self.raised_rate = np.zeros((2, *self._leading))
             return neutral
-        turns = self.turns.step(rows, switched[..., PART_OF_ROW], strengths[..., PART_OF_ROW] > 0)
-        styled = hands_kept(turned(neutral, turns * scales(strengths)), neutral, strengths[..., ARM_PARTS])
+        content = window[..., -1, :, :]
+        self.answer = content + self.change.step(change, jumping[..., PART_OF_JOINT], strengths[..., PART_OF_JOINT] > 0)
+        self._rows = continued(asked(self.answer, content), self._rows)
+        styled = hands_kept(turned(neutral, self._rows * scales(strengths)), neutral, strengths[..., ARM_PARTS])
         wanted = feet_off(styled, neutral) * np.minimum(height_share(strengths), 1.0)
         raised, rate = spring_step(self.raised, self.raised_rate, wanted, FLOOR_HALFLIFE, DT)
         self.raised, self.raised_rate = raised * worn, rate * worn
         return feet_raised(styled, self.raised)
-
-    @property
-    def answer(self) -> np.ndarray | None:
-        """The network's own when it was last asked: features (..., 21, 15); None before."""
-        return self._answers.reshape(*self._leading, *self._answers.shape[1:]) if self._asked.all() else None
 
     def take_over(self, other: "LiveStylizer") -> None:
         """Goes on from another stylizer's last step: strengths are kept, and the pose glides from its styles to ours. A part
         whose style we do not have lets it go."""
         self.bank.refresh()
         self.restart()
-        self.wearers, self.turns = other.wearers, other.turns
+        self.wearers, self.change = other.wearers, other.change
         self.raised, self.raised_rate = other.raised, other.raised_rate
         for wearer in self.wearers:
             wearer.keep(self.styles)
+            wearer.fades = self.FADES
         self.glide()
 
     def reroll(self) -> None:
@@ -147,41 +149,40 @@ class LiveStylizer:
         """What each character has, as one array (..., n)."""
         return np.array(list(values)).reshape(*self._leading, -1)
 
-    def _answer(self, window: np.ndarray) -> np.ndarray:
-        """Rows (..., 22, 3) for this frame, from a network that is asked every second frame, or where a part changes its style.
+    def _changed(self, window: np.ndarray) -> np.ndarray:
+        """By how much features (..., 21, 15) change in this frame: key poses say so in every one, the decoder in every second, or
+        where a part changes its style.
 
-        Then they are half way from its last answer to the new one, in the next frame the new one: a frame of lag for half the
-        work, and windows that interleave (their samples are two frames apart) do not tremble against each other."""
+        Then its part is half way from what it said last, in the next frame it is there: a frame of lag for half the work, and
+        windows that interleave (their samples are two frames apart) do not tremble against each other."""
+        windows = window.reshape(-1, *window.shape[-3:])
         asking = [one for one, wearer in enumerate(self.wearers) if wearer.asks()]
-        rows = self._newest.copy()
+        change = self._decoded.copy()
         if asking:
-            before = rows[asking]
-            windows = window.reshape(-1, *window.shape[-3:])
-            groups = [list(group) for _, group in groupby(asking, lambda one: one // GROUP)]
-            newest = continued(np.concatenate([self._ask(windows[group], group) for group in groups]), before)
+            before = change[asking]
+            newest = self._of_groups(self._decoder, windows, asking)
             changed = np.array([self.wearers[one].changed for one in asking])[:, None, None]
-            rows[asking], self._newest[asking] = (np.where(changed, newest, before) + newest) / 2, newest
-        return rows.reshape(*self._leading, *rows.shape[1:])
+            change[asking], self._decoded[asking] = (np.where(changed, newest, before) + newest) / 2, newest
+        styled = [one for one, wearer in enumerate(self.wearers) if any(wearer.strengths)]
+        if styled:
+            change[styled] += self._of_groups(self._key_poses, windows, styled)
+        return change.reshape(*self._leading, *change.shape[1:])
 
-    def _ask(self, windows: np.ndarray, asking: list[int]) -> np.ndarray:
-        """The network's answer for the last sample of windows (n, 16, 21, 15), as rows (n, 22, 3) in the characters' own
-        frame."""
-        with torch.inference_mode():
-            answer = self._restyled(windows, asking)
-        self._asked[asking] += 1
-        self._answers = self._answers.copy()
-        self._answers[asking] = answer
-        return asked(answer, windows[:, -1])
+    def _of_groups(self, ask: Callable, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+        """What `ask` says of these characters, group by group."""
+        groups = [list(group) for _, group in groupby(ones, lambda one: one // GROUP)]
+        return np.concatenate([ask(windows[group], group) for group in groups])
 
-    def _restyled(self, windows: np.ndarray, asking: list[int]) -> np.ndarray:
-        """What it answers, as features (n, 21, 15)."""
-        answer, rebuilt = self._network(windows, self._styles(asking), self._own(len(asking)))
-        if rebuilt is not None:  # what the decoder loses of the neutral movement goes on top, but not what is lost steadily
-            lost = windows[:, -1] - rebuilt
-            share = np.maximum(1 / (1 + self._asked[asking]), LOST_SHARE)[:, None, None]  # at first the mean of all
-            self._lost[asking] += (lost - self._lost[asking]) * share
-            answer = answer + (lost - self._lost[asking])
-        return answer
+    def _decoder(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+        """What the decoder changes, features (n, 21, 15), at the end of windows (n, 16, 21, 15)."""
+        return self._network.decoded(windows, self._styles(ones), self._own(len(ones)))
+
+    def _key_poses(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+        """Likewise, what key poses change."""
+        newest = windows[:, -1]
+        ahead = newest + AHEAD / STEADY * (newest - windows[:, -1 - STEADY])
+        ways = windows[:, :, 0, LAYOUT["root"]].mean(axis=1)
+        return self._network.key_poses(ahead, ways, self._styles(ones), self._own(len(ones)))
 
     def _styles(self, asking: list[int]) -> Style:
         """What these characters wear, side by side along the batch, put together once and kept until one changes its look."""
@@ -199,25 +200,25 @@ class LiveStylizer:
         return style
 
 
-class _Turns:
-    """The rows (..., 22, 3) that the network asks for, smoothed in time, without a jump where a part switches its style."""
+class _Change:
+    """By how much features (..., 21, 15) change, smoothed in time, without a jump."""
 
     def __init__(self, crowd: tuple[int, ...]) -> None:
-        self.smooth, self.rate, *self.gap = np.zeros((5, *crowd, len(PART_OF_ROW), 3))  # gap: its width, rate, acceleration
-        self.worn = np.zeros((*crowd, len(PART_OF_ROW)), dtype=bool)
+        self.smooth, self.rate, *self.gap = np.zeros((5, *crowd, JOINT_COUNT, FEATURES))  # gap: its width, rate, acceleration
+        self.worn = np.zeros((*crowd, JOINT_COUNT), dtype=bool)
 
-    def step(self, asked: np.ndarray, switched: np.ndarray, worn: np.ndarray) -> np.ndarray:
-        """The rows to put on. switched, worn: (..., 22) of bool; what is worn after a pause starts afresh."""
+    def step(self, asked: np.ndarray, jumping: np.ndarray, worn: np.ndarray) -> np.ndarray:
+        """What to change. jumping, worn: (..., 21) of bool; what is worn after a pause starts afresh."""
         fresh = worn & ~self.worn  # a part that begins now has no past to be smooth with
         if fresh.any():
             self.smooth[fresh] = asked[fresh]
             for state in (self.rate, *self.gap):
                 state[fresh] = 0.0
         self.worn = worn
-        if switched.any():
-            # Inertialization (Bollo 2018): the new style at once, and the gap to the old one on top, let go along a spring.
-            self.gap[0][switched] += self.smooth[switched] - asked[switched]
-            self.smooth[switched] = asked[switched]
-        self.gap = soft_spring_step(*self.gap, 0.0, SWITCH_HALFLIFE, DT)
+        if jumping.any():
+            # Inertialization (Bollo 2018): what is new at once, and the gap to what was on top, let go along a spring.
+            self.gap[0][jumping] += self.smooth[jumping] - asked[jumping]
+            self.smooth[jumping] = asked[jumping]
+        self.gap = soft_spring_step(*self.gap, 0.0, GLIDE_HALFLIFE, DT)
         self.smooth, self.rate = spring_step(self.smooth, self.rate, asked, SMOOTHING_HALFLIFE, DT)
         return self.smooth + self.gap[0]

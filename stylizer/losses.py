@@ -8,8 +8,9 @@ from torch import Tensor
 
 from sim.features import HELD, LAYOUT, STRIDE, WINDOW
 from sim.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, GROUPS, JOINT_COUNT, PARENTS, PART_NAMES, PART_OF_JOINT
-from stylizer.blend import halves, joined, mix_parts
+from stylizer.blend import Style, halves, joined, mix_parts
 from stylizer.blocks import NEWEST, newest
+from stylizer.configs import KEY_POSES
 from stylizer.dataset import LATER, STYLE_WINDOW
 from stylizer.motion_puzzle import MotionPuzzle
 
@@ -39,7 +40,8 @@ class Recipe:
 
 # App. A.2 of the paper; the weights of Eq. 20 are all one.
 PAPER = Recipe({"reconstruction": 1.0, "cycle": 1.0, "root": 1.0, "smoothness": 1.0})
-OURS = Recipe({"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 3.0, "imitation": 0.7, "stream": 0.4},
+OURS = Recipe({"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 3.0, "imitation": 0.7,
+              "translation": 1.0, "stream": 0.4},
               batch=12, learning_rate=2e-3, momentum=0.9, average=0.998, last_weight=5.0, late=("stream",))
 RECIPES = {"paper": PAPER, "ours": OURS}
 
@@ -89,7 +91,8 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     """Reconstruction, root and smoothness of the paper, without its cycles; and what presses on style and on the live stream:
 
     posture, how restyled parts are held and how lively they are (see `posture`); imitation, the matched step of the exemplar
-    (see `imitated`); stream, the newest samples must be what a later window tells of the same instants."""
+    (see `imitated`); translation, what key poses say of another way (see `translation`); stream, the newest samples must be
+    what a later window tells of the same instants."""
     use_target, now = inputs.use_target, inputs.source[:, :, -WINDOW:]
     later = [inputs.later] if "stream" in recipe.active(late) else []
     motion = torch.cat([now, *later], dim=1)
@@ -97,6 +100,7 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     clips = torch.cat([inputs.own, inputs.target], dim=1)
     own, other = halves(model.encode_style(clips[:, :, -STYLE_WINDOW:], clips))
     content = model.content_encoder(motion)
+    whole_own = own
     own, mixed = (joined([style] * times) for style in (own, mix_parts(own, other, use_target)))
     rebuilt, restyled = model.answers(motion, content, [own, mixed], own)
     if model.config.relative:
@@ -118,11 +122,21 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
         "smoothness": miss[..., HELD].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),  # Eq. 18, 19
         "posture": posture(restyled[:, :now.shape[1]], now, inputs.source, inputs.exemplar, use_target, model),
         "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
+        "translation": translation(model, whole_own, inputs.source) + translation(model, other, inputs.exemplar),
     }
     if later:
         first, second = (restyled - motion).chunk(2, dim=1)  # later, the newest samples lie well inside the window
         terms["stream"] = (first[:, :, NEWEST] - _seen_later(second).detach()[:, :, NEWEST])[..., HELD].abs().mean()
     return {name: terms[name] for name in recipe.active(late)}
+
+
+def translation(model: MotionPuzzle, style: Style, clip: Tensor) -> Tensor:
+    """How badly key poses of other clips tell how a normalized clip (21, B, T, 15) in the same style is held on its way; none
+    without them."""
+    if not model.key_poses:
+        return clip.new_zeros(())
+    with torch.autocast(clip.device.type, enabled=False):
+        return model.key_poses.mistranslated(style[KEY_POSES], clip.float())
 
 
 def imitated(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Tensor) -> Tensor:

@@ -6,14 +6,15 @@ Feature maps are (vertex, batch, time, channel). What can be set, and the forms 
 import torch
 from torch import Tensor, nn
 
-from sim.features import FEATURES, LAYOUT
+from sim.features import FEATURES
 from sim.skeleton import PARTS
 from stylizer.blend import Style, joined
 from stylizer.configs import KEY_POSES, RESIDUAL, Config
 from stylizer.graph import LEVELS
-from stylizer.key_poses import ROOT_SIZE, KeyPoses
+from stylizer.key_poses import KeyPoses
 from stylizer.layers import BPATN, PartStyle, Pool, STConv, Unpool, leaky, normalized
 from stylizer.scaling import Scaled
+from stylizer.translation import ROOT, ROOT_SIZE
 
 
 class ResBlock(nn.Module):
@@ -144,7 +145,7 @@ class Way(nn.Module):
 
     def forward(self, motion: Tensor, style: Style) -> Style:
         """The style (batch of B or 1) as it is worn on the way of normalized motion (21, B, T, 15)."""
-        root = motion[0, :, :, LAYOUT["root"]]
+        root = motion[0, ..., ROOT]
         hidden = leaky(self.hidden(torch.cat([root.mean(dim=1), root[:, -1]], dim=1)))
         result = {}
         for number, side in self.sides.items():
@@ -217,7 +218,7 @@ class MotionPuzzle(Scaled):
         """Eq. 7: normalized motion (21, B, T, 15) in another style, and where the configuration says `relative` in its own
         too; all samples or the `last` ones.
 
-        The second shows what of the content's own movement the decoder loses: whoever applies the first puts that back."""
+        The second shows what of the content's own movement the decoder loses: what is put on is how the two differ."""
         content = self.content_encoder(motion)
         if not self.config.relative:
             return *self.answers(motion, content, [style], own, last), None
@@ -226,13 +227,21 @@ class MotionPuzzle(Scaled):
     def answers(self, motion: Tensor, content: Tensor, styles: list[Style], own: Style, last: int | None = None) -> list[Tensor]:
         """Motion (21, B, T, 15), or its `last` samples, in each of some styles, from normalized motion, its content feature and
         the motion's own style (batches of B)."""
-        worn = joined([self.on_way(motion, style) for style in styles])
-        results = self.decoder(content.repeat(1, len(styles), 1, 1), worn, last).chunk(len(styles), dim=1)
+        results = self.decoded(motion, content, styles, last)
         if not self.key_poses:
-            return list(results)
+            return results
         with torch.autocast(motion.device.type, enabled=False):
             told = self.key_poses.told(motion[:, :, -(last or motion.shape[2]):], own[KEY_POSES])
-            return [result + self.key_poses(told, style[KEY_POSES], own[KEY_POSES]) for result, style in zip(results, styles)]
+            way = motion[0, ..., ROOT].mean(1)
+            return [result + self.key_poses(told, way, style[KEY_POSES], own[KEY_POSES])
+                    for result, style in zip(results, styles)]
+
+    def decoded(self, motion: Tensor, content: Tensor, styles: list[Style], last: int | None = None) -> list[Tensor]:
+        """The decoder's part of `answers`."""
+        if not self.config.decodes:
+            return [torch.zeros_like(motion[:, :, -(last or motion.shape[2]):])] * len(styles)
+        worn = joined([self.on_way(motion, style) for style in styles])
+        return list(self.decoder(content.repeat(1, len(styles), 1, 1), worn, last).chunk(len(styles), dim=1))
 
     def on_way(self, motion: Tensor, style: Style) -> Style:
         """The style as the decoder wants it for this motion."""

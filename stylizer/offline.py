@@ -30,7 +30,6 @@ from stylizer.whole_body import WholeBody, answers, joints_by_code, together
 
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
 FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
-STEADY = 60  # frames (Gaussian sigma): what lasts longer is posture, not movement
 SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
 FEW, MANY = 3, 12  # windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
 
@@ -130,13 +129,10 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style, own
     def ask(windows: np.ndarray) -> np.ndarray:
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
         found = model(motion, *(for_batch(look, len(windows)) for look in (style, own)))
-        return np.stack([model.restore(answers).double().numpy() for answers in found if answers is not None])
+        styled, rebuilt = (None if answers is None else model.restore(answers).double().numpy() for answers in found)
+        return (styled if rebuilt is None else windows + (styled - rebuilt))[None]
 
-    styled, *rebuilt = overlapped(features, WINDOW, ask)
-    if not rebuilt:
-        return styled
-    lost = features - rebuilt[0]  # of the content's own movement goes on top, but not what is lost steadily
-    return styled + lost - gaussian_filter1d(lost, STEADY, axis=0, mode="nearest")
+    return overlapped(features, WINDOW, ask)[0]
 
 
 def as_pose(clip: Clip) -> Pose:

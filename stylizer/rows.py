@@ -12,6 +12,7 @@ from sim.features import clip_features
 from sim.measures import foot_skate, frechet_distance, jerk
 from sim.skeleton import PART_NAMES, TOES
 from stylizer.classifier import Classifier
+from stylizer.combinations import Combination
 from stylizer.labelled import SHORTEST, Take, draw, windows
 from stylizer.live import OWN
 from stylizer.measures import geodesic
@@ -25,7 +26,8 @@ SEGMENT = WARM_UP + SHORTEST
 CENTI = 100
 TARGET = "target"
 JUDGED = ("sra", "cra", "fmd", "style_fid")
-FIGURES = (*JUDGED, "geodesic", "skate_cm_s", "jitter_ratio", *(f"drawn_{name}" for name in JUDGED))
+SPLIT = ("sra_known", "cra_known", "sra_unknown", "cra_unknown")  # by whether the judges have seen that content in that style
+FIGURES = (*JUDGED, *SPLIT, "geodesic", "skate_cm_s", "jitter_ratio", *(f"drawn_{name}" for name in JUDGED))
 
 Figures = dict[str, list[float] | None]  # [mean, deviation] over the trials
 
@@ -34,6 +36,7 @@ Figures = dict[str, list[float] | None]  # [mean, deviation] over the trials
 class Judges:
     content: Classifier
     style: Classifier
+    known: frozenset[Combination] = frozenset()  # what they have seen
 
 
 class Transfer:
@@ -116,8 +119,11 @@ def _judged(motion: np.ndarray, content: Sequence[str], style: Sequence[str], ju
     named_style, of_style = judges.style.names(motion)
     distances = {name: None if reference is None else frechet_distance(features, real)
                  for name, features, real in zip(("fmd", "style_fid"), (of_content, of_style), reference or (None, None))}
-    return {"sra": float(np.mean(np.array(named_style) == style)), "cra": float(np.mean(np.array(named_content) == content)),
-            **distances}
+    right = {"sra": np.array(named_style) == style, "cra": np.array(named_content) == content}
+    known = np.array([pair in judges.known for pair in zip(content, style)])
+    split = {f"{name}_{kind}": float(hits[which].mean()) if which.any() else None
+             for kind, which in (("known", known), ("unknown", ~known)) for name, hits in right.items()}
+    return {**{name: float(hits.mean()) for name, hits in right.items()}, **distances, **split}
 
 
 def _drawn(outputs: Sequence[Clip], contents: Sequence[Clip]) -> dict[str, float]:

@@ -48,8 +48,11 @@ def load(name: str = SLIM, folder: Path | None = None) -> tuple[Scaled, str]:
     module, kind = KINDS[header["model"]]
     kind = getattr(import_module(f"stylizer.{module}"), kind)
     settings = json.loads(header["config"]).items()
-    model = kind(kind.CONFIG(**{key: tuple(v) if isinstance(v, list) else v for key, v in settings}))
-    model.load_state_dict({name: value.float() for name, value in tensors.items()})
+    try:
+        model = kind(kind.CONFIG(**{key: tuple(v) if isinstance(v, list) else v for key, v in settings}))
+        model.load_state_dict({name: value.float() for name, value in tensors.items()})
+    except (TypeError, RuntimeError) as error:  # a setting that there is no more, or layers that are others now
+        raise ValueError(f"{path} holds a network of another version of Patchwalk: train again") from error
     return model.eval(), hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 

@@ -20,6 +20,8 @@ class WholeBodyStylizer(LiveStylizer):
 
     What is done with it - turns, strengths, smoothing, switches - is the same as for Motion Puzzle."""
 
+    FADES = False
+
     def _prepare(self) -> None:
         """Codes are all that these systems need, and the bank has them."""
 
@@ -27,6 +29,7 @@ class WholeBodyStylizer(LiveStylizer):
         super().restart()
         model = self.bank.model
         span = (model.config.window - model.HELD_BEHIND - 1) * STRIDE + 1
+        self._said: dict[int, np.ndarray] = {}  # the last answer (21, 15) to each character
         self._past: deque[np.ndarray] = deque(maxlen=span)  # features (..., 21, 15) of the last frames, the newest last
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
@@ -47,14 +50,19 @@ class WholeBodyStylizer(LiveStylizer):
         self.bank.reroll()
         self.glide()
 
-    def _restyled(self, windows: np.ndarray, asking: list[int]) -> np.ndarray:
-        past = np.stack([sample.reshape(-1, *sample.shape[-2:])[asking] for sample in list(self._past)[::STRIDE]], axis=1)
-        result = np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, asking)])
+    def _decoder(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+        past = np.stack([sample.reshape(-1, *sample.shape[-2:])[ones] for sample in list(self._past)[::STRIDE]], axis=1)
+        result = np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, ones)])
         # Of the stream, from the answer a sample ago: a window's last two samples see its edge too differently to tell.
-        before = np.where(self._asked[asking, None, None] > 0, self._answers[asking], result)
+        before = np.stack([self._said.get(one, answer) for one, answer in zip(ones, result)])
         positions = np.stack([before, result], axis=1)[..., LAYOUT["position"]]
         result[..., LAYOUT["velocity"]] = velocities(past[:, -2:], positions)[:, 0]
-        return result
+        self._said.update(zip(ones, result))
+        return result - past[:, -1]
+
+    def _key_poses(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+        """These systems have none."""
+        return np.zeros((len(ones), *windows.shape[2:]))
 
     def _last(self, past: np.ndarray, wearer: Wearer) -> np.ndarray:
         """The last sample (21, 15) of a character's past (T, 21, 15), each part as the answer in its own style says."""

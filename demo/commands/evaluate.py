@@ -30,7 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="stylizer only: every system whose weights are there in one table, with 95%% intervals")
     parser.add_argument("--weights", type=Path, metavar="DIR",
                         help="a folder with more of the stylizer's weights than the shipped ones, to put beside them: "
-                             "full, large, no_key_poses, no_attention, whole_body_adain, paper_losses, left_out; with --all "
+                             "full, large, no_key_poses, key_poses_alone, no_attention, whole_body_adain, paper_losses, "
+                             "left_out; with --all "
                              "full, large, unpaired, diverse, latent, latent_vae, latent_unlabelled (.safetensors)")
 
 

@@ -19,7 +19,7 @@ from sim.skeleton import (
     TOE_HEIGHT,
     expand_part,
 )
-from sim.springs import decay, soft_spring_step, spring_step, spring_travel
+from sim.springs import decay, lag, soft_spring_step, spring_step, spring_travel
 
 RNG = np.random.default_rng(0)
 QUATERNIONS = rot.normalize(RNG.normal(size=(50, JOINT_COUNT, 4)))
@@ -149,3 +149,10 @@ def test_spring_travel_is_the_integral_of_the_velocity():
     times = np.linspace(0, 1.5, 20001)
     velocity, _ = spring_step(0.3, -0.5, 2.0, 0.15, times)
     assert spring_travel(0.3, -0.5, 2.0, 0.15, 1.5) == pytest.approx(np.trapezoid(velocity, times), abs=1e-6)
+
+
+def test_lag_is_how_far_a_spring_is_behind_what_moves_steadily():
+    x = v = 0.0
+    for frame in range(600):
+        x, v = spring_step(x, v, frame / 60, 0.1, 1 / 60)
+    assert 599 / 60 - x == pytest.approx(lag(0.1), rel=0.1)

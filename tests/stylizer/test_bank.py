@@ -1,5 +1,6 @@
 """Weight files and the style bank: what fits is read, what does not is refused in one clear sentence."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,14 @@ def rewritten(path, **changes):
 def test_weights_made_for_something_else_are_refused(bank, key):
     rewritten(weights.FOLDER / "tiny.safetensors", **{key: "another"})
     with pytest.raises(ValueError, match=f"made for {key} 'another'"):
+        weights.load("tiny", weights.FOLDER)
+
+
+@pytest.mark.parametrize("change", [{"stem": 5}, {"no_longer": 1}])
+def test_a_network_that_is_made_otherwise_now_is_refused(bank, change):
+    path = weights.FOLDER / "tiny.safetensors"
+    rewritten(path, config=json.dumps({**json.loads(weights.read(path)[0]["config"]), **change}))
+    with pytest.raises(ValueError, match="network of another version"):
         weights.load("tiny", weights.FOLDER)
 
 

@@ -6,7 +6,7 @@ import pytest
 from sim import bvh
 from sim import rotations as rot
 from sim.skeleton import INDEX, PART_NAMES
-from stylizer import classifier, evaluate, figures, labelled, rows, weights
+from stylizer import classifier, combinations, evaluate, figures, labelled, rows, weights
 from stylizer.classifier import judge
 from tests.sim.walker import walking_clip
 
@@ -83,6 +83,16 @@ def test_a_network_that_copies_keeps_content_and_one_that_swaps_takes_style(data
     swapped, copied = (rows.row(kind(), halves.generate, judges, 6, lambda: None) for kind in (Swap, Copy))
     assert swapped["sra"][0] == swapped["drawn_sra"][0] == 1.0 and copied["sra"][0] < 0.7
     assert copied["geodesic"][0] < 1e-6 < swapped["geodesic"][0] and copied["jitter_ratio"][0] == pytest.approx(1.0)
+
+
+def test_judges_are_asked_about_real_motion_whose_content_they_never_saw_in_that_style(data, quick, tmp_path):
+    known = [(content, style) for style in ("old 1", "proud 1") for content in ("dash", "run", "walk")] + [("walk", "lean wd2")]
+    shared = combinations.folds(known)
+    assert sorted(set().union(*shared)) == sorted(known[:-1]) and sum(map(len, shared)) == 6  # each once, but who only walks
+    assert all(len({style for _, style in fold}) == len(fold) for fold in shared)
+    halves, asked = labelled.load(data), []
+    real = combinations.real_where_unknown(halves, [{("walk", "proud 1")}], tmp_path, lambda: asked.append(1))
+    assert real == {"sra": 0.0, "cra": 1.0, "takes": 1} and len(asked) == 60  # a style never seen cannot be named
 
 
 def test_the_report_has_the_promised_form(data, quick):

@@ -7,10 +7,12 @@ import pytest
 import torch
 
 from sim.features import clip_features
+from stylizer import key_poses
 from stylizer.blend import interpolated, mix_parts
 from stylizer.configs import KEY_POSES, SLIM
-from stylizer.key_poses import BODY, ROOT, KeyPoses
+from stylizer.key_poses import BODY, KeyPoses
 from stylizer.motion_puzzle import MotionPuzzle
+from stylizer.translation import ROOT
 from tests.sim.walker import walking_clip
 
 
@@ -33,7 +35,7 @@ def poses():
 
 
 def put_on(poses, content, style, own):
-    return poses(poses.told(content, own), style, own)
+    return poses(poses.told(content, own), content[0, ..., ROOT].mean(1), style, own)
 
 
 @torch.inference_mode()
@@ -71,32 +73,36 @@ def test_a_slow_walk_is_listened_to_however_wary_training_became(poses):
     assert shares["slower"] > 0.6 and shares["sideways"] < 0.1
 
 
+def test_what_a_style_does_on_another_way_is_learned_and_a_clip_on_its_own_way_is_as_it_is(poses):
+    """A run is leaned and lively, a walk in the same style is neither."""
+    walk, run = clip(0.3, 1.0), clip(0.3, 2.0)
+    run[..., ROOT] += 1.0
+    run[..., BODY] += 0.5
+    optimizer = torch.optim.Adam(poses.translation.parameters(), 3e-3)
+    with torch.no_grad():
+        before = poses.mistranslated(poses.style_side(run), walk)
+    for _ in range(60):
+        loss = poses.mistranslated(poses.style_side(run), walk)
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+    with torch.inference_mode():
+        style = poses.style_side(run)
+        assert poses.mistranslated(style, walk) < 0.3 * before
+        assert poses.mistranslated(style, run) < 1e-5
+
+
 @torch.inference_mode()
-def test_what_is_usual_on_a_way_is_no_style(poses):
-    own, other = clip(), clip(0.3, 1.4)
-    other[..., ROOT] += 1.0
-
-    def put():
-        styles = [poses.style_side(each) for each in (own, other)]
-        return put_on(poses, own, styles[1], styles[0])[..., BODY]
-
-    before = put()
-    torch.nn.init.normal_(poses.usual[-1].weight, std=0.1)
-    usual = [poses.usual(motion[0, ..., ROOT].mean(1)).view(21, 1, 1, BODY.stop) for motion in (own, other)]
-    assert (usual[1] - usual[0]).abs().max() > 0.1
-    assert torch.allclose(put(), before - (usual[1] - usual[0]), atol=1e-4)
-
-
-@torch.inference_mode()
-def test_a_clip_told_by_its_own_key_poses_is_as_lively_as_it_is(poses):
-    """Moments that are told unsurely give means of poses, which move less than the poses do."""
-    poses.sharpness -= 0.5
-    motion = clip(0.3, 1.4)
-    style = poses.style_side(motion)
-    rebuilt = put_on(poses, motion, style, style)
-    lively, of_rebuilt = (each[..., BODY].var(2).mean(-1).sqrt().flatten() for each in (motion, rebuilt))
-    share = (of_rebuilt / lively)[lively > 0.05]
-    assert len(share) > 6 and torch.allclose(share, torch.ones(()), atol=0.02)
+def test_a_clip_told_by_its_own_key_poses_comes_back_as_it_is(poses, monkeypatch):
+    """Moments that are told unsurely give means of poses, which move less than the poses do, unless they are fitted."""
+    motion, missed, lively = clip(0.3, 1.4), [], []
+    for ridge in (1e9, key_poses.RIDGE):
+        monkeypatch.setattr(key_poses, "RIDGE", ridge)
+        style = poses.style_side(motion)
+        rebuilt = put_on(poses, motion, style, style)[..., BODY]
+        missed.append((rebuilt - motion[..., BODY]).abs().mean())
+        lively.append(rebuilt.std(2).mean() / motion[..., BODY].std(2).mean())
+    assert missed[1] < 0.6 * missed[0] and lively[0] < 0.85 < lively[1] < 1.05
 
 
 @torch.inference_mode()

@@ -130,8 +130,8 @@ def test_a_share_that_changes_glides(bank, walk):
 
 
 def test_the_network_is_asked_every_second_frame_and_at_once_for_another_style(bank, walk, monkeypatch):
-    asked, ask = [], LiveStylizer._ask
-    monkeypatch.setattr(LiveStylizer, "_ask", lambda self, *asking: asked.append(frame[0]) or ask(self, *asking))
+    asked, ask = [], LiveStylizer._decoder
+    monkeypatch.setattr(LiveStylizer, "_decoder", lambda self, *asking: asked.append(frame[0]) or ask(self, *asking))
     frame = [0]
 
     def worn(index):
@@ -177,8 +177,8 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
 
 
 def test_half_of_a_crowd_is_asked_for_in_every_frame(bank, walk, monkeypatch):
-    asked, ask = [], LiveStylizer._ask
-    monkeypatch.setattr(LiveStylizer, "_ask", lambda self, windows, asking: asked.append(asking) or ask(self, windows, asking))
+    asked, ask = [], LiveStylizer._decoder
+    monkeypatch.setattr(LiveStylizer, "_decoder", lambda self, windows, ones: asked.append(ones) or ask(self, windows, ones))
     stylizer, history = LiveStylizer(bank).crowd(4), RingBuffer()
     for frame, pose in enumerate(walk[:9]):
         poses = Pose.stacked([pose] * 4)
