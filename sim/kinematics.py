@@ -5,6 +5,8 @@ import numpy as np
 from sim import rotations as rot
 from sim.skeleton import ANCESTORS, BONE_OFFSETS, JOINT_COUNT, PARENTS
 
+STRAIGHT = 0.02  # metres between the knee and the line from hip to ankle, under which the plane of a bend is not to be trusted
+
 
 def forward_kinematics(hips: np.ndarray, global_rotations: np.ndarray) -> np.ndarray:
     """Joint positions (..., 21, 3) in metres from hips positions (..., 3) and global rotations (..., 21, 4).
@@ -32,11 +34,12 @@ def to_local(global_rotations: np.ndarray) -> np.ndarray:
 
 
 def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np.ndarray,
-                pole: np.ndarray, reach: float = 0.999) -> tuple[np.ndarray, np.ndarray]:
+                pole: np.ndarray, reach: float = 0.999, hinge: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """World rotations (..., 4), (..., 4) to put before the upper and the lower bone so that the ankle meets the target.
 
     hip, knee, ankle, target: (..., 3) world metres. pole: (..., 3) where the knee points when the leg is straight and its bend
-    has no plane of its own. A target out of reach is approached along the line to it, up to `reach` of the leg's length."""
+    has no plane of its own; a nearly straight hinge never points away from there. A target out of reach is approached along the
+    line to it, up to `reach` of the leg's length."""
     bones = np.array([knee - hip, ankle - knee])
     (upper, lower), wanted = rot.length(bones), target - hip
     distance = np.minimum(np.maximum(rot.length(wanted), np.abs(upper - lower) + 1e-3), (upper + lower) * reach)
@@ -44,7 +47,11 @@ def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np
 
     # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.
     bend = _without(bones[0], current)
-    bend = bend + pole * np.maximum(0.0, 0.02 - rot.length(bend))
+    if hinge:  # a knee that is stretched a little too far must not be thrown about where the pole just makes up for that
+        forward = _dot(bend, pole)
+        bend = bend + pole * np.maximum(0.0, STRAIGHT - rot.length(bend - pole * forward) - forward)
+    else:
+        bend = bend + pole * np.maximum(0.0, STRAIGHT - rot.length(bend))
     # The shortest turn from the current to the new axis takes it there: of Rodrigues' formula, what is square to the new axis.
     between = current + axis
     bend = bend - current * (_dot(bend, between) / np.maximum(_dot(current, between), 1e-9))

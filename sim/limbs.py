@@ -32,7 +32,8 @@ def reach(pose: Pose, limbs: tuple[np.ndarray, ...], targets: np.ndarray, bend: 
     upper, lower, end = limbs
     p = pose.positions
     pole = bend * pose.to_world(FORWARD[None])
-    turn_upper, turn_lower = two_bone_ik(p[..., upper, :], p[..., lower, :], p[..., end, :], targets, pole, share)
+    turn_upper, turn_lower = two_bone_ik(p[..., upper, :], p[..., lower, :], p[..., end, :], targets, pole, share,
+                                         hinge=limbs is LEGS)
     rotations = pose.rotations.copy()
     for joint, turn in ((upper, turn_upper), (lower, turn_lower)):
         rotations[..., joint, :] = rot.multiply(turn, rotations[..., joint, :])

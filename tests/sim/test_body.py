@@ -124,6 +124,14 @@ def test_two_bone_ik_stretches_toward_what_it_cannot_reach():
     np.testing.assert_allclose(rot.normalize(way), rot.normalize(np.array([0, -2.0, 0.5])), atol=1e-9)
 
 
+def test_a_knee_stretched_a_little_too_far_bends_forward_and_without_a_jump():
+    hip, ankle, target, pole = np.array([0, 1.0, 0]), np.array([0, 0.1, 0.0]), np.array([0, 0.2, 0.0]), np.array([0, 0, 1.0])
+    knees = np.stack([np.full(201, 0.002), np.full(201, 0.55), np.linspace(-0.03, 0.03, 201)], axis=-1)
+    upper, _ = two_bone_ik(hip, knees, ankle, target, pole, hinge=True)
+    bent = hip + rot.rotate(upper, knees - hip)
+    assert (bent[:, 2] > 0.1).all() and np.linalg.norm(np.diff(bent, axis=0), axis=-1).max() < 0.01
+
+
 def test_springs_do_not_depend_on_the_frame_rate():
     x, v = 0.0, 0.0
     for _ in range(60):
