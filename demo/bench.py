@@ -35,7 +35,7 @@ CROWD_FRAMES = 8  # of each crowd in one of its turns at least
 CROWD_TURNS = 4
 SETTLE = 8  # frames in which a crowd puts on its styles
 APART = 37  # frames of the recording between two characters of a crowd, so that they walk, turn and switch at other times
-PERIOD = 2  # frames: the network is asked in every second one, so its cost is taken over so many
+PERIOD = 4  # frames: the decoder is asked in every fourth one, so its cost is taken over so many
 MINUTE = 60 * FPS
 
 

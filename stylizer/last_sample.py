@@ -162,19 +162,17 @@ class _KeyPoses:
 
     def __call__(self, poses: np.ndarray, ways: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
         """By how much a look on normalized poses (batch, 21, 15) differs from their own: (batch, 21, 12)."""
-        told, ways = self._told(poses, own), ways[:, None].repeat(len(PARTS), axis=1)
-        (theirs, their_moves), (ours, our_moves) = (self._worn(told, ways, clip) for clip in (look, own))
-        trust = np.exp(-(np.square(look.scale[..., self.fields[3]] - ways) * self.wary).sum(axis=-1, keepdims=True))
-        change = theirs - ours + trust * (their_moves - our_moves)
+        told, scale = self._told(poses, own)[:, :, None], np.array([look.scale, own.scale])
+        mean, _, here, way, code = (scale[..., field] for field in self.fields)
+        ways = ways[:, None].repeat(len(PARTS), axis=1)
+        going = _leaky(self.going(np.concatenate([code, np.array([ways, ways])], axis=-1)))[..., None, :] @ self.sides
+        shift, gain = np.split(going[..., 0, :] - here, 2, axis=-1)
+        moves = np.array([told @ clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own)])[..., 0, :]
+        moves *= np.exp(np.minimum(np.maximum(gain, -MOST), MOST))
+        trust = np.exp(-(np.square(way[0] - ways) * self.wary).sum(axis=-1, keepdims=True))
+        theirs, ours = mean + shift
+        change = theirs - ours + trust * (moves[0] - moves[1])
         return change.reshape(len(poses), -1, BODY.stop)[:, self.joints]
-
-    def _worn(self, told: np.ndarray, ways: np.ndarray, clip: PartStyle) -> tuple[np.ndarray, np.ndarray]:
-        """How a clip's parts are held going these ways, and how they move: (batch, 5, n 12) both."""
-        mean, _, here, _, code = (clip.scale[..., field] for field in self.fields)
-        going = _leaky(self.going(np.concatenate([code, ways], axis=-1)))[:, :, None] @ self.sides
-        shift, gain = np.split(going[:, :, 0] - here, 2, axis=-1)
-        moves = told[:, :, None] @ clip.bias.reshape(*told.shape, -1)
-        return mean + shift, moves[:, :, 0] * np.exp(gain.clip(-MOST, MOST))
 
     def _told(self, pose: np.ndarray, own: PartStyle) -> np.ndarray:
         """(batch, 5, moments)"""

@@ -40,8 +40,8 @@ GLIDE_HALFLIFE = 0.15  # seconds in which half of a jump is gone: to another sys
 SMOOTHING_HALFLIFE = 0.07  # seconds; what the network changes follows a spring
 FLOOR_HALFLIFE = 0.08  # seconds, for the height that all legs are lengthened or shortened by
 DT = 1 / FPS
-GROUP = 16  # characters, of whom half are asked for at a time: so many windows at once are quickest, for they stay in the caches
-KEPT = 3  # joined styles that are kept for a group: of its halves, and of a frame between in which a style changes
+GROUP = 16  # characters, of whom a part is asked for at a time: so many windows at once are quickest, for they stay in the caches
+KEPT = 6  # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
 # Key poses are asked for the pose that is to come so many samples later: the spring lags as far behind, and a style's arm is to
 # be forward when the neutral one is. A pose changes so steadily that its own velocity tells where it will be.
 AHEAD = lag(SMOOTHING_HALFLIFE) * FPS / STRIDE
@@ -53,6 +53,7 @@ class LiveStylizer:
     bit for bit."""
 
     FADES = True  # whether styles themselves can be blended, so that a part fades into another
+    PERIOD = 4  # frames between two questions to the decoder, which says little beside key poses, and nothing quickly
 
     def __init__(self, bank: Bank, crowd: tuple[int, ...] = ()) -> None:
         """crowd: (N,) for N characters, with whom every array has one more axis in front; none for one character."""
@@ -69,7 +70,7 @@ class LiveStylizer:
         self._kept: dict[tuple, tuple[list[Style], Style]] = {}  # by who asked: each one's style, and those side by side
 
     def crowd(self, count: int) -> "LiveStylizer":
-        """So many characters side by side with the same bank. The network is asked for half of them in every frame."""
+        """So many characters side by side with the same bank. The decoder is asked for some of them in every frame."""
         return type(self)(self.bank, (count,))
 
     @property
@@ -87,10 +88,10 @@ class LiveStylizer:
     def restart(self) -> None:
         """Back to before the first step: nothing is worn."""
         count = int(np.prod(self._leading))
-        self.wearers = [Wearer(one % 2 == 1, self.FADES) for one in range(count)]
+        self.wearers = [Wearer(self.PERIOD, one % self.PERIOD, self.FADES) for one in range(count)]
         self.change = _Change(self._leading)
         self.raised, self.raised_rate = np.zeros((2, *self._leading))  # what legs are shortened by, feet under the styled hips
-        self._decoded = np.zeros((count, JOINT_COUNT, FEATURES))  # what the decoder changed when each was last asked for
+        self._decoded = np.zeros((2, count, JOINT_COUNT, FEATURES))  # what the decoder changes: when each was last asked, and now
         self._rows = np.zeros((*self._leading, JOINT_COUNT + 1, 3))  # what was put on last (see stylizer.turns)
         self.answer: np.ndarray | None = None  # the neutral pose as changed: features (..., 21, 15)
 
@@ -126,7 +127,7 @@ class LiveStylizer:
         self.raised, self.raised_rate = other.raised, other.raised_rate
         for wearer in self.wearers:
             wearer.keep(self.styles)
-            wearer.fades = self.FADES
+            wearer.fades, wearer.period = self.FADES, self.PERIOD
         self.glide()
 
     def reroll(self) -> None:
@@ -150,19 +151,21 @@ class LiveStylizer:
         return np.array(list(values)).reshape(*self._leading, -1)
 
     def _changed(self, window: np.ndarray) -> np.ndarray:
-        """By how much features (..., 21, 15) change in this frame: key poses say so in every one, the decoder in every second, or
+        """By how much features (..., 21, 15) change in this frame: key poses say so in every one, the decoder every PERIOD, or
         where a part changes its style.
 
-        Then its part is half way from what it said last, in the next frame it is there: a frame of lag for half the work, and
-        windows that interleave (their samples are two frames apart) do not tremble against each other."""
+        Until it is asked again its part goes from where it is to what it says in equal steps: a little lag for a fraction of the
+        work, and windows that interleave (their samples are two frames apart) do not tremble against each other."""
         windows = window.reshape(-1, *window.shape[-3:])
         asking = [one for one, wearer in enumerate(self.wearers) if wearer.asks()]
-        change = self._decoded.copy()
+        newest, now = self._decoded
         if asking:
-            before = change[asking]
-            newest = self._of_groups(self._decoder, windows, asking)
-            changed = np.array([self.wearers[one].changed for one in asking])[:, None, None]
-            change[asking], self._decoded[asking] = (np.where(changed, newest, before) + newest) / 2, newest
+            newest[asking] = self._of_groups(self._decoder, windows, asking)
+            jumps = [one for one in asking if self.wearers[one].changed and not self.FADES]
+            now[jumps] = newest[jumps]
+        left = np.array([max(wearer.period - wearer.waited, 1) for wearer in self.wearers])[:, None, None]
+        now += (newest - now) / left
+        change = now.copy()
         styled = [one for one, wearer in enumerate(self.wearers) if any(wearer.strengths)]
         if styled:
             change[styled] += self._of_groups(self._key_poses, windows, styled)

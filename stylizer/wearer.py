@@ -20,18 +20,17 @@ DT = 1 / FPS
 
 
 class Wearer:
-    """A character's five parts. It is answered every second frame, and at once where a part changes its style."""
+    """A character's five parts. It is answered every `period` frames, and at once where a part changes its style."""
 
-    def __init__(self, late: bool = False, fades: bool = True) -> None:
-        """late: its turn comes in the frame after; so one half of a crowd rests while the other half is answered. fades: what
-        parts wear goes over into another style by itself (see `look`); False for those who do not look."""
-        self.fades = fades
+    def __init__(self, period: int, turn: int = 0, fades: bool = True) -> None:
+        """turn: so many frames later its turn comes; so most of a crowd rests while the others are answered. fades: what parts
+        wear goes over into another style by itself (see `look`); False for those who do not look."""
+        self.period, self._turn, self.fades = period, turn, fades
         self.parts = [_Part() for _ in PART_NAMES]
         self.changed = False  # whether it asks because of another style
         self._gliding = False  # whether all parts switch in the next step
-        self._late = late
         self._asked_for: tuple | None = None  # what the parts wore when it asked last
-        self._resting = False  # whether this frame makes do with the last answer
+        self.waited = self._until = 0  # frames since it asked, and until it asks again
         self._kept: dict[str, tuple[tuple, Style]] = {}  # what was put together last, and of what
         self._look: Style | None = None  # what was worn when somebody looked last
         self._before: Style | None = None  # what parts wore before they switched
@@ -74,8 +73,10 @@ class Wearer:
             return False
         wanted = tuple((part.name, part.other) for part in self.parts)
         self.changed = wanted != self._asked_for
-        asks = self.changed or not self._resting
-        self._asked_for, self._resting = wanted, asks and not (self.changed and self._late)
+        asks = self.changed or not self._until
+        if asks:
+            self._until = (self._turn or self.period) if self.changed else self.period
+        self._asked_for, self.waited, self._until = wanted, 0 if asks else self.waited + 1, self._until - 1
         return asks
 
     def look(self, bank: Bank) -> Style:

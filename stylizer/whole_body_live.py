@@ -21,6 +21,7 @@ class WholeBodyStylizer(LiveStylizer):
     What is done with it - turns, strengths, smoothing, switches - is the same as for Motion Puzzle."""
 
     FADES = False
+    PERIOD = 2  # frames: as the samples of their windows lie
 
     def _prepare(self) -> None:
         """Codes are all that these systems need, and the bank has them."""

@@ -5,6 +5,7 @@ import pytest
 
 from demo import assemble
 from sim.command import Command, Commands
+from stylizer.live import LiveStylizer
 from stylizer.wearer import Wearer
 
 
@@ -14,7 +15,7 @@ def session():
 
 
 def test_each_of_a_crowd_does_what_it_would_do_alone(session):
-    """Even ones to a tenth of a millimetre as they are; odd ones as a session whose network is asked in the other frames."""
+    """To a tenth of a millimetre, as a session whose decoder is asked in other frames."""
     first, other = session.stylizer.styles[:2]
     script = {0: [(1.0, 0.0), "walk", {"spine": (first, 1.0), "left_arm": (other, 0.7)}], 1: [(0.0, -1.0), "run", {}],
               2: [(0.0, 1.0), "run", {"right_leg": (other, 1.2)}], 3: [(-0.6, 0.0), "walk", {"spine": (other, 1.0, first, 0.3)}]}
@@ -24,7 +25,7 @@ def test_each_of_a_crowd_does_what_it_would_do_alone(session):
     together = [crowd.step(Commands(each)) for each in commands]
     for one in script:
         session.restart()
-        session.stylizer.wearers = [Wearer(late=one % 2 == 1)]
+        session.stylizer.wearers = [Wearer(LiveStylizer.PERIOD, one % LiveStylizer.PERIOD)]
         for each, frames in zip(commands, together, strict=True):
             alone = session.step(each[one])
             np.testing.assert_allclose(frames.styled[one].positions, alone.styled.positions, atol=1e-4)
