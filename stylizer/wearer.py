@@ -13,7 +13,7 @@ from stylizer.blend import Style, interpolated, mix_parts, side_by_side
 
 OWN = "neutral"  # the style that untouched parts wear inside the network
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
-SWITCH_HALFLIFE = 0.2  # seconds in which half of the way from one style to another is gone
+SWITCH_HALFLIFE = 0.25  # seconds in which half of the way from one style to another is gone
 GONE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
 STILL = 0.0, 0.0, 0.0  # a fade that is over: where, how fast, how much faster
 DT = 1 / FPS
