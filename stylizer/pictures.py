@@ -19,7 +19,7 @@ from stylizer import bundled, weights
 from stylizer.attention import attention_map
 from stylizer.bank import SHORTEST, encode, style_windows
 from stylizer.bank import WINDOW as STYLE_WINDOW
-from stylizer.blend import Style, for_batch
+from stylizer.blend import Style, for_batch, with_equal_tokens
 from stylizer.layers import PartStyle
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.offline import Look, as_pose, clip_style, stylize
@@ -45,7 +45,7 @@ def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     model, _ = weights.load()
     content = load_clip(data_dir / CONTENT)
     looks = {name: encode(model, style_windows(clip_features(clip))) for name, clip in clips.items()}
-    drawings = {"content-only": lambda: content_only(model, {"neutral": content, **clips}),
+    drawings = {"content-only": lambda: content_only(model, {"neutral": content, **clips}, looks),
                 "interpolation": lambda: interpolation(model, content, looks),
                 "locality": lambda: locality(model, content, looks, clips)}
     for part in ("left_leg", "left_arm") if model.config.attention else ():
@@ -67,17 +67,17 @@ def strip(model: MotionPuzzle, content: Clip, style: Clip, look: Style, name: st
     return _rows({"neutral": (content, SOURCE), f"{name} (clip)": (style, TARGET), "output": (output, OUTPUT)})
 
 
-def content_only(model: MotionPuzzle, clips: Mapping[str, Clip]):
-    """What the decoder makes of content alone (Fig. 8): scale 1, bias 0, nothing looked up."""
+def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], looks: Mapping[str, Style]):
+    """What is left of content without a style of its own (Fig. 8): it wears the mean of all."""
     names = [name for name in ("neutral", "marching", "hunched") if name in clips]
     rows = {}
     for name in names:
         features = clip_features(clips[name])
-        nothing = _nothing(clip_style(model, features))
+        own = clip_style(model, features)
         batch = model.normalize(torch.from_numpy(_whole_windows(features).astype(np.float32)))
         with torch.inference_mode():
-            style = for_batch(nothing, batch.shape[1])
-            answer = model.restore(model.decoder(model.content_encoder(batch), style)).double().numpy()
+            answer, _ = model(batch, *(for_batch(style, batch.shape[1]) for style in with_equal_tokens([_mean(looks), own])))
+            answer = model.restore(answer).double().numpy()
         seen = clips[name][:len(answer) * WINDOW * STRIDE:STRIDE]
         pose = as_pose(seen)
         rows[name] = seen, SOURCE
@@ -209,10 +209,10 @@ def _whole_windows(features: np.ndarray) -> np.ndarray:
     return features[:count * WINDOW * STRIDE:STRIDE].reshape(count, WINDOW, *features.shape[1:])
 
 
-def _nothing(style: Style) -> Style:
-    """A style that changes nothing: scale 1, bias 0, tokens without values."""
-    return {level: PartStyle(torch.ones_like(part.scale), torch.zeros_like(part.bias), torch.zeros_like(part.keys),
-                             torch.zeros_like(part.values)) for level, part in style.items()}
+def _mean(looks: Mapping[str, Style]) -> Style:
+    """The mean of styles with as many tokens each."""
+    return {level: PartStyle(*(torch.stack(values).mean(dim=0) for values in zip(*(look[level] for look in looks.values()))))
+            for level in next(iter(looks.values()))}
 
 
 def _two(named: Mapping) -> tuple[str, str]:
