@@ -37,15 +37,11 @@ from stylizer.turns import (
 from stylizer.wearer import OWN, Wearer
 
 GLIDE_HALFLIFE = 0.15  # seconds in which half of a jump is gone: to another system's answer, to a style under the same name
-SMOOTHING_HALFLIFE = 0.07  # seconds; what the network changes follows a spring
 FLOOR_HALFLIFE = 0.08  # seconds, for the height that all legs are lengthened or shortened by
 DT = 1 / FPS
 GROUP = 16  # characters, of whom a part is asked for at a time: so many windows at once are quickest, for they stay in the caches
 KEPT = 6  # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
-# Key poses are asked for the pose that is to come so many samples later: the spring lags as far behind, and a style's arm is to
-# be forward when the neutral one is. A pose changes so steadily that its own velocity tells where it will be.
-AHEAD = lag(SMOOTHING_HALFLIFE) * FPS / STRIDE
-STEADY = 2  # samples over which that velocity is measured
+STEADY = 2  # samples over which a pose's velocity is measured
 
 
 class LiveStylizer:
@@ -53,6 +49,7 @@ class LiveStylizer:
     bit for bit."""
 
     FADES = True  # whether styles themselves can be blended, so that a part fades into another
+    SMOOTHING = 0.07  # half-life in seconds of the spring that what the network changes follows
     PERIOD = 4  # frames between two questions to the decoder, which says little beside key poses, and nothing quickly
 
     def __init__(self, bank: Bank, crowd: tuple[int, ...] = ()) -> None:
@@ -110,7 +107,8 @@ class LiveStylizer:
             self.raised, self.raised_rate = np.zeros((2, *self._leading))
             return neutral
         content = window[..., -1, :, :]
-        self.answer = content + self.change.step(change, jumping[..., PART_OF_JOINT], strengths[..., PART_OF_JOINT] > 0)
+        self.answer = content + self.change.step(change, jumping[..., PART_OF_JOINT], strengths[..., PART_OF_JOINT] > 0,
+                                                 self.SMOOTHING)
         self._rows = continued(asked(self.answer, content), self._rows)
         styled = hands_kept(turned(neutral, self._rows * scales(strengths)), neutral, strengths[..., ARM_PARTS])
         wanted = feet_off(styled, neutral) * np.minimum(height_share(strengths), 1.0)
@@ -181,9 +179,12 @@ class LiveStylizer:
         return self._network.decoded(windows, self._styles(ones), self._own(len(ones)))
 
     def _key_poses(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
-        """Likewise, what key poses change."""
+        """Likewise, what key poses change.
+
+        They are asked for the pose that is to come when the spring, which lags, has caught up, so that a style's arm is forward
+        when the neutral one is. A pose changes so steadily that its own velocity tells where it will be."""
         newest = windows[:, -1]
-        ahead = newest + AHEAD / STEADY * (newest - windows[:, -1 - STEADY])
+        ahead = newest + lag(self.SMOOTHING) * FPS / STRIDE / STEADY * (newest - windows[:, -1 - STEADY])
         ways = windows[:, :, 0, LAYOUT["root"]].mean(axis=1)
         return self._network.key_poses(ahead, ways, self._styles(ones), self._own(len(ones)))
 
@@ -210,8 +211,8 @@ class _Change:
         self.smooth, self.rate, *self.gap = np.zeros((5, *crowd, JOINT_COUNT, FEATURES))  # gap: its width, rate, acceleration
         self.worn = np.zeros((*crowd, JOINT_COUNT), dtype=bool)
 
-    def step(self, asked: np.ndarray, jumping: np.ndarray, worn: np.ndarray) -> np.ndarray:
-        """What to change. jumping, worn: (..., 21) of bool; what is worn after a pause starts afresh."""
+    def step(self, asked: np.ndarray, jumping: np.ndarray, worn: np.ndarray, halflife: float) -> np.ndarray:
+        """What to change. jumping, worn: (..., 21) of bool; what is worn after a pause starts afresh. halflife: of the spring."""
         fresh = worn & ~self.worn  # a part that begins now has no past to be smooth with
         if fresh.any():
             self.smooth[fresh] = asked[fresh]
@@ -223,5 +224,5 @@ class _Change:
             self.gap[0][jumping] += self.smooth[jumping] - asked[jumping]
             self.smooth[jumping] = asked[jumping]
         self.gap = soft_spring_step(*self.gap, 0.0, GLIDE_HALFLIFE, DT)
-        self.smooth, self.rate = spring_step(self.smooth, self.rate, asked, SMOOTHING_HALFLIFE, DT)
+        self.smooth, self.rate = spring_step(self.smooth, self.rate, asked, halflife, DT)
         return self.smooth + self.gap[0]

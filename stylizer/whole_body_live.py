@@ -21,6 +21,7 @@ class WholeBodyStylizer(LiveStylizer):
     What is done with it - turns, strengths, smoothing, switches - is the same as for Motion Puzzle."""
 
     FADES = False
+    SMOOTHING = 0.05  # seconds; nothing tells these systems what is to come, so they must not lag far behind
     PERIOD = 2  # frames: as the samples of their windows lie
 
     def _prepare(self) -> None:
