@@ -29,7 +29,7 @@ class Config:
     key_poses: int = 0  # moments whose key poses are put on directly, joint by joint; the network makes what is missing
     way: int = 0  # hidden units by which the content's way over the floor has a say in BP-AdaIN; 0: none
     decodes: bool = True  # False: the decoder adds nothing to the key poses
-    relative: bool = False  # what the decoder loses of the content's own movement is measured, to be put back
+    relative: bool = False  # the content is decoded in its own style as well, and how the two answers differ is put on
 
     def conv(self, level: int, channels_in: int, channels_out: int, taps: int = 0) -> STConv:
         """A spatial-temporal convolution on graph G_level with this table's kernel."""

@@ -100,7 +100,7 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     clips = torch.cat([inputs.own, inputs.target], dim=1)
     own, other = halves(model.encode_style(clips[:, :, -STYLE_WINDOW:], clips))
     content = model.content_encoder(motion)
-    whole_own = own
+    translated = translation(model, own, inputs.source) + translation(model, other, inputs.exemplar)
     own, mixed = (joined([style] * times) for style in (own, mix_parts(own, other, use_target)))
     rebuilt, restyled = model.answers(motion, content, [own, mixed], own)
     if model.config.relative:
@@ -122,7 +122,7 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
         "smoothness": miss[..., HELD].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),  # Eq. 18, 19
         "posture": posture(restyled[:, :now.shape[1]], now, inputs.source, inputs.exemplar, use_target, model),
         "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
-        "translation": translation(model, whole_own, inputs.source) + translation(model, other, inputs.exemplar),
+        "translation": translated,
     }
     if later:
         first, second = (restyled - motion).chunk(2, dim=1)  # later, the newest samples lie well inside the window
