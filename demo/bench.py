@@ -23,6 +23,7 @@ from sim.latency import Latency, percentiles
 from sim.session import Session
 from sim.skeleton import PART_NAMES
 from stylizer.configs import CONFIGS
+from stylizer.live import LiveStylizer
 from stylizer.motion_puzzle import MotionPuzzle
 
 WARM_UP = 2 * FPS  # frames that are stepped before anything counts
@@ -35,7 +36,7 @@ CROWD_FRAMES = 8  # of each crowd in one of its turns at least
 CROWD_TURNS = 4
 SETTLE = 8  # frames in which a crowd puts on its styles
 APART = 37  # frames of the recording between two characters of a crowd, so that they walk, turn and switch at other times
-PERIOD = 4  # frames: the decoder is asked in every fourth one, so its cost is taken over so many
+PERIOD = LiveStylizer.PERIOD  # frames: the decoder is asked in one of them, so its cost is taken over so many
 MINUTE = 60 * FPS
 
 

@@ -47,11 +47,11 @@ def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np
 
     # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.
     bend = _without(bones[0], current)
+    bent = rot.length(bend)
     if hinge:  # a knee that is stretched a little too far must not be thrown about where the pole just makes up for that
         forward = _dot(bend, pole)
-        bend = bend + pole * np.maximum(0.0, STRAIGHT - rot.length(bend - pole * forward) - forward)
-    else:
-        bend = bend + pole * np.maximum(0.0, STRAIGHT - rot.length(bend))
+        bent = rot.length(bend - pole * forward) + forward
+    bend = bend + pole * np.maximum(0.0, STRAIGHT - bent)
     # The shortest turn from the current to the new axis takes it there: of Rodrigues' formula, what is square to the new axis.
     between = current + axis
     bend = bend - current * (_dot(bend, between) / np.maximum(_dot(current, between), 1e-9))

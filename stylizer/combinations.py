@@ -20,6 +20,7 @@ Combination = tuple[str, str]  # content, style
 
 
 def combinations(takes: Sequence[Take]) -> set[Combination]:
+    """Those that some of the takes show."""
     return {(take.content, take.style) for take in takes}
 
 

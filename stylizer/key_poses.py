@@ -8,6 +8,8 @@ cancels exactly.
 """
 
 import math
+from itertools import accumulate, pairwise
+from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
@@ -28,19 +30,29 @@ SHARPNESS = 3.0  # how surely moments are told at first: minus the score at the 
 RIDGE = 0.03  # how much dearer it is to change a moment that is never told than to miss the clip's poses
 
 
+class Fields(NamedTuple):
+    """Where in the scale of a clip's key poses what lies: statistics of every number, what `Translation` says of the clip on its
+    own way, that mean way over the floor, and the style's code."""
+
+    mean: slice
+    deviation: slice
+    here: slice
+    way: slice
+    code: slice
+
+
 class KeyPoses(nn.Module):
     """The moments of five body parts, and what tells them from a whole body without its style.
 
     A pose loses its style by its clip's own statistics: mean and deviation of every joint. As a `PartStyle` a clip's key poses
     are: bias, the flattened table (5, B, moments n 12) of n joints a part, as they differ from the mean; scale, the `fields` of
-    (5, B, 5 n 12 + 3 + 16): mean, deviation, what `Translation` needs, and the mean way over the floor; no tokens."""
+    (5, B, 4 n 12 + 3 + 16), see `Fields`; no tokens."""
 
     def __init__(self, moments: int) -> None:
         super().__init__()
         self.parts = Parts(LEVELS[1])
         size = self.parts.count * BODY.stop
-        ends = torch.tensor([0, size, size, 2 * size, ROOT_SIZE, STYLE_CODE]).cumsum(0).tolist()
-        self.fields = [slice(*both) for both in zip(ends, ends[1:])]  # of scale: mean, deviation, here, way, code
+        self.fields = Fields(*(slice(*ends) for ends in pairwise(accumulate((0, size, size, 2 * size, ROOT_SIZE, STYLE_CODE)))))
         inputs = JOINT_COUNT * BODY.stop + ROOT_SIZE
         self.hidden, self.code = nn.Linear(inputs, HIDDEN), nn.Linear(HIDDEN, len(PARTS) * CODE)
         self.translation = Translation(JOINT_COUNT * BODY.stop, size)
@@ -117,7 +129,7 @@ class KeyPoses(nn.Module):
 
         The style's mean posture for its own, and the style's movement, moment by moment, as far as its clip goes the same way
         over the floor: a walk says little about the moments of a step back."""
-        trust = torch.exp(-((style.scale[..., self.fields[3]] - way)[:, :, None].square() @ self.wariness()[:, None]))
+        trust = torch.exp(-((style.scale[..., self.fields.way] - way)[:, :, None].square() @ self.wariness()[:, None]))
         (theirs, their_moves), (ours, our_moves) = (self._worn(told, way, clip) for clip in (style, own))
         poses = ours + our_moves + (theirs - ours) + trust * (their_moves - our_moves)
         poses = self.parts.join(poses.unflatten(3, (-1, BODY.stop)).permute(0, 3, 1, 2, 4))
@@ -134,7 +146,7 @@ class KeyPoses(nn.Module):
         way = clip[0, ..., ROOT].mean(1)
         mean, gain = self.held(style, way)
         wanted, lively = (self._by_part(values)[:, :, 0] for values in self.statistics(clip))
-        ratio = (lively + LEAST).log() - (style.scale[..., self.fields[1]] + LEAST).log()
+        ratio = (lively + LEAST).log() - (style.scale[..., self.fields.deviation] + LEAST).log()
         return ((mean - wanted).abs() + (gain - ratio).abs()).mean()
 
 

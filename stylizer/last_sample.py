@@ -29,30 +29,28 @@ class LiveForm:
     @torch.inference_mode()
     def decoded(self, windows: np.ndarray, style: Style, own: Style) -> np.ndarray:
         """What the decoder changes in the last sample of windows of features (batch, samples, 21, 15)."""
-        motion, model = self._normalized(windows), self.model
+        model = self.model
+        motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
         content = model.content_encoder(motion)
         if not model.config.relative:
             (styled,) = model.decoded(motion, content, [style], last=1)
             return model.restore(styled)[:, 0].double().numpy() - windows[:, -1]
-        styled, rebuilt = model.decoded(motion, content, [style, own], last=1)
-        return ((styled - rebuilt) * model.deviation).permute(1, 2, 0, 3)[:, 0].double().numpy()
+        return self._difference(*model.decoded(motion, content, [style, own], last=1))
 
     @torch.inference_mode()
-    def key_poses(self, poses: np.ndarray, ways: np.ndarray, style: Style, own: Style) -> np.ndarray | float:
-        """What key poses change in poses, features (batch, 21, 15), on mean ways over the floor (batch, 3); 0 without them."""
+    def key_poses(self, poses: np.ndarray, ways: np.ndarray, style: Style, own: Style) -> np.ndarray:
+        """What key poses change in poses, features (batch, 21, 15), on mean ways over the floor (batch, 3); without them 0."""
         key_poses, model = self.model.key_poses, self.model
         if not key_poses:
-            return 0.0
-        motion = self._normalized(poses[:, None])
-        way = self._normalized(np.broadcast_to(ways[:, None, None], (len(ways), 1, len(model.mean), 3)), ROOT)[0, :, 0]
-        told = key_poses.told(motion, own[KEY_POSES])
-        styled, rebuilt = (key_poses(told, way, look[KEY_POSES], own[KEY_POSES]) for look in (style, own))
-        return ((styled - rebuilt) * model.deviation).permute(1, 2, 0, 3)[:, 0].double().numpy()
+            return np.zeros(poses.shape)
+        told = key_poses.told(model.normalize(torch.from_numpy(poses[:, None].astype(np.float32))), own[KEY_POSES])
+        mean, deviation = (values[0, 0, 0, ROOT] for values in (model.mean, model.deviation))
+        way = (torch.from_numpy(ways.astype(np.float32)) - mean) / deviation
+        return self._difference(*(key_poses(told, way, look[KEY_POSES], own[KEY_POSES]) for look in (style, own)))
 
-    def _normalized(self, features: np.ndarray, channels: slice = slice(None)) -> torch.Tensor:
-        """(batch, samples, 21, c) -> (21, batch, samples, c)"""
-        values = torch.from_numpy(features.astype(np.float32)).permute(2, 0, 1, 3)
-        return (values - self.model.mean[..., channels]) / self.model.deviation[..., channels]
+    def _difference(self, styled: torch.Tensor, rebuilt: torch.Tensor) -> np.ndarray:
+        """Of normalized motions (21, batch, 1, 15), as features (batch, 21, 15)."""
+        return (self.model.restore(styled) - self.model.restore(rebuilt))[:, 0].double().numpy()
 
 
 def live_form(model: MotionPuzzle) -> "LiveForm | LastSample":
@@ -96,13 +94,13 @@ class LastSample:
         styled, rebuilt = x.reshape(len(looks), len(windows), *self.mean.shape)
         return ((styled - rebuilt) * self.deviation).astype(float)
 
-    def key_poses(self, poses: np.ndarray, ways: np.ndarray, style: Style, own: Style) -> np.ndarray | float:
+    def key_poses(self, poses: np.ndarray, ways: np.ndarray, style: Style, own: Style) -> np.ndarray:
         """As LiveForm.key_poses."""
+        change = np.zeros(poses.shape)
         if not self.moments:
-            return 0.0
+            return change
         poses = ((poses - self.mean) / self.deviation).astype(np.float32)
         ways = ((ways - self.mean[0, ROOT]) / self.deviation[0, ROOT]).astype(np.float32)
-        change = np.zeros(poses.shape)
         change[..., BODY] = self.moments(poses, ways, *(self._seen(look)[KEY_POSES] for look in (style, own)))
         return change * self.deviation
 

@@ -12,7 +12,7 @@ EXAMPLE = """patchwalk evaluate controller --data mocap --json evaluation.json -
   patchwalk evaluate stylizer --data mocap --json transfer.json --plots insight
   patchwalk evaluate stylizer --all --data mocap --json systems.json
 
-The stylizer's takes about a quarter of an hour on one core for the shipped weights, two minutes less where its judges have
+The stylizer's takes about a quarter of an hour on one core for the shipped weights, half of it where its judges have
 been trained before, longer with --weights for larger networks. It needs the labelled Bandai-Namco motion in --data."""
 COLUMNS = "{:<36} {:>10} {:>10} {:>18}  {}"
 VERDICTS = {True: "ok", False: "short", None: "-"}

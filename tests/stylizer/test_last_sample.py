@@ -44,4 +44,6 @@ def test_its_two_halves_are_the_network_up_to_rounding(name, change):
         ours = live.decoded(windows, style, own) + live.key_poses(windows[:, -1], windows[:, :, 0, ROOT].mean(axis=1), style, own)
         assert np.abs(ours - changed(model, windows, style, own)).max() < 1e-4
         assert np.abs(ours).max() > 0.01
+        nowhere = live.key_poses(windows[:, -1], windows[:, :, 0, ROOT].mean(axis=1), own, own)
+        assert nowhere.shape == windows[:, -1].shape and not nowhere.any()  # in their own style, or without key poses
     assert LastSample.fits(model.config) == (name in ("slim", "no_key_poses"))
