@@ -11,10 +11,12 @@ from controller.idle import Idle
 from controller.layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.network import PhaseFunctionedNetwork
 from controller.phase_table import PhaseTable
+from controller.playback import Playback, keep
 from controller.trajectory import Trajectory
 from controller.wrists import Wrists
 from sim import rotations as rot
 from sim.command import Command, Commands
+from sim.pace import OWN_PACE, Pace
 from sim.pose import Pose
 
 SETTLE_FRAMES = 180  # frames of standing before the first one shown, so that the character starts alive and at ease
@@ -23,7 +25,9 @@ SETTLE_FRAMES = 180  # frames of standing before the first one shown, so that th
 class PhaseFunctionedController:
     """Neutral motion from commands, one 60 Hz frame a call (Holden et al. 2017)."""
 
-    def __init__(self, network: PhaseFunctionedNetwork) -> None:
+    def __init__(self, network: PhaseFunctionedNetwork, fingerprint: str | None = None) -> None:
+        """fingerprint: of the weight file, where the network comes from one."""
+        self.fingerprint = fingerprint
         self.network = PhaseTable(network)
         self._leading: tuple[int, ...] = ()  # axes of every array: none for one character
         # What a restart begins from: the phase; positions and velocities (..., POSE_SIZE) of the last answer; the idle.
@@ -37,6 +41,7 @@ class PhaseFunctionedController:
     def restart(self) -> None:
         """Back to standing, settled, at the start point, as when it was made."""
         self.trajectory, self.footing, self.wrists = Trajectory(self._leading), Footing(), Wrists()
+        self.playback = Playback(self._leading)
         self.phase, self.body, self.idle = copy.deepcopy(self._start)
 
     def crowd(self, count: int) -> "PhaseFunctionedController":
@@ -52,13 +57,36 @@ class PhaseFunctionedController:
     @classmethod
     def from_pretrained(cls, name: str = weights.MODEL) -> "PhaseFunctionedController":
         """The shipped controller. Raises ValueError where its weights are missing or do not fit."""
-        return cls(weights.load(name))
+        return cls(weights.load(name), weights.fingerprint(name))
 
-    def step(self, command: Command | Commands) -> Pose:
-        """The next neutral pose, or a crowd's: wish, network, then root and phase follow the answer."""
-        answer = self._ask(self.trajectory.samples(command))
+    def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
+        """The next neutral pose, or a crowd's, at the pace of styled legs.
+
+        At another playback rate the motion goes on by a frame only where the next one is due, or by two, and the pose in between
+        is interpolated."""
+        for moving in self.playback.advance(pace.rate):
+            if np.all(moving):
+                self.playback.push(self._advance(command, pace), moving)
+                continue
+            parts = "trajectory", "footing", "wrists", "idle"
+            before = {name: copy.deepcopy(getattr(self, name)) for name in parts}
+            phase, body = self.phase, self.body
+            pose = self._advance(command, pace)
+            for name in parts:
+                keep(before[name], getattr(self, name), moving)
+            self.phase, self.body = np.where(moving, self.phase, phase), np.where(moving[:, None], self.body, body)
+            self.playback.push(pose, moving)
+        return self.playback.pose()
+
+    def _advance(self, command: Command | Commands, pace: Pace) -> Pose:
+        """The pose of the network's next frame: wish, network, then root and phase follow the answer; the whole trajectory is moved
+        along by what styled legs carry the root farther than its own step."""
+        answer = self._ask(self.trajectory.samples(command, pace.speed))
         root = self.footing.step(answer["root"], answer["positions"], answer["contacts"])
+        before = self.trajectory.position
         self.trajectory.follow(root, answer["future_positions"], answer["future_directions"])
+        if pace is not OWN_PACE:
+            self.trajectory.translate(np.asarray(pace.stride - 1.0)[..., None] * (self.trajectory.position - before))
         self.phase = (self.phase + np.maximum(answer["phase"][..., 0], 0.0)) % (2 * math.pi)
         return self._pose(answer)
 

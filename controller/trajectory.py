@@ -69,11 +69,12 @@ class Trajectory:
         """(...) 0..1, by the gait of the newest frame."""
         return self.past[..., -1, _GAIT.start + GAITS.index("stand")]
 
-    def samples(self, command: Command | Commands) -> dict[str, np.ndarray]:
-        """Moves the simulated body by a frame; the network's trajectory input (layout.INPUT) in the root frame."""
+    def samples(self, command: Command | Commands, speed: np.ndarray | float = 1.0) -> dict[str, np.ndarray]:
+        """Moves the simulated body by a frame; the network's trajectory input (layout.INPUT) in the root frame. speed: what the
+        desired velocity is multiplied by."""
         rows = np.empty((*self.position.shape[:-1], len(OFFSETS), _GAIT.stop))
         rows[..., _PRESENT, :] = self.past[..., ::SAMPLE_STEP, :]
-        rows[..., _FUTURE, _GAIT] = self._wish(command)
+        rows[..., _FUTURE, _GAIT] = self._wish(command, speed)
         rows[..., _FUTURE, _ROOT] = self.expected + (self.wished - self.expected) * _TOWARD_WISH
         angles = rows[..., _FACING] - self.facing[..., None]
         directions = np.empty((*angles.shape, 2))
@@ -98,9 +99,16 @@ class Trajectory:
         present[..., _PLACE], present[..., _FACING], present[..., _GAIT] = self.position, self.facing, self.gait
         self._hold_leash()
 
-    def _wish(self, command: Command | Commands) -> np.ndarray:
+    def translate(self, shift: np.ndarray) -> None:
+        """Moves everything by (..., 2) metres: the network sees no difference."""
+        self.position = self.position + shift
+        self.simulated = self.simulated + shift
+        for places in (self.past, self.expected, self.wished):
+            places[..., _PLACE] += shift[..., None, :]
+
+    def _wish(self, command: Command | Commands, speed: np.ndarray | float) -> np.ndarray:
         """Moves the simulated body and tells its future, `wished`; its gaits there (..., 5, 3)."""
-        self._moving[..., 2, :] = command.desired_velocity
+        self._moving[..., 2, :] = np.asarray(speed)[..., None] * command.desired_velocity
         going = self._moving[..., 2, :].any(axis=-1).astype(int)
         step = _STEP_MOVE[going] @ self._moving
         self.simulated = self.simulated + step[..., 0, :]

@@ -1,5 +1,6 @@
 """The controller's weight file: safetensors, loaded by name, with a header that says what it is for."""
 
+import hashlib
 from pathlib import Path
 
 from safetensors import safe_open
@@ -40,3 +41,8 @@ def load(name: str = MODEL, folder: Path = FOLDER) -> PhaseFunctionedNetwork:
     network = PhaseFunctionedNetwork(int(header["hidden"]))
     network.load_state_dict(tensors)
     return network.eval()
+
+
+def fingerprint(name: str = MODEL, folder: Path = FOLDER) -> str:
+    """A hash of the weight file, by which what was computed from its motion is known to belong to it."""
+    return hashlib.sha256((folder / f"{name}.safetensors").read_bytes()).hexdigest()[:16]

@@ -34,7 +34,7 @@ def do(live: "Live", action: str) -> None:
 def is_on(live: "Live", action: str) -> bool | None:
     """Whether what an action turns on and off is on; None for an action of another kind."""
     return {"twin": bool(live.view.twin), "blend": live.choice.blending, "record": live.recorder is not None,
-            "panels": not live.hidden, **{name: name in live.seen for name in SEEN}}.get(action)
+            "pace": live.pace, "panels": not live.hidden, **{name: name in live.seen for name in SEEN}}.get(action)
 
 
 def _pick(live: "Live", part: str) -> None:
@@ -68,6 +68,11 @@ def _touch(live: "Live", at: str) -> None:
 
 def _blend(live: "Live", wanted: str) -> None:
     live.choice.blending = not live.choice.blending if not wanted else wanted == "on"
+
+
+def _switch_pace(live: "Live", _: str) -> None:
+    live.pace = not live.pace
+    live.say("legs set the pace" if live.pace else "the stick sets the pace")
 
 
 def _wear_preset(live: "Live", slot: str) -> None:
@@ -178,7 +183,7 @@ ACTIONS: dict[str, Action] = {
     "stronger": lambda live, _: live.choice.change_strength(1),
     "strength": lambda live, share: live.choice.set_strength(float(share) * MAX_STRENGTH),
     "share": lambda live, share: live.choice.set_share(float(share)),
-    "blend": _blend,
+    "blend": _blend, "pace": _switch_pace,
     "own_style": lambda live, _: live.choice.reset(),
     "reset": lambda live, _: live.choice.reset(everything=True),
     "stylizer_next": _next_stylizer, "reroll": _reroll,

@@ -9,7 +9,7 @@ import torch  # noqa: E402
 from controller.runtime import PhaseFunctionedController  # noqa: E402
 from sim.latency import Latency  # noqa: E402
 from sim.session import Session  # noqa: E402
-from stylizer import catalogue  # noqa: E402
+from stylizer import catalogue, own_style  # noqa: E402
 
 gc.freeze()
 gc.enable()
@@ -20,11 +20,14 @@ BUNDLED_RECORDING = Path(__file__).parent / "recordings" / "demo.jsonl"
 def build_session(stylizer: str | None = None, latency: Latency | None = None) -> Session:
     """A session with trained weights, `stylizer` naming the style-transfer system's (None: the shipped Motion Puzzle).
 
-    Raises ValueError or OSError, in one sentence, where weights are missing or made for something else."""
+    Raises ValueError or OSError, in one sentence, where weights are missing, made for something else, or where the stylizer's own
+    style is not that of the controller."""
     # A frame is too little work for a second thread, and one thread adds in one order: same input, same motion.
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)  # numbers near zero, as at strength 0, cost a hundred times more otherwise
-    session = Session(PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer), latency)
+    controller, live_stylizer = PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer)
+    own_style.check(live_stylizer.own_of, controller.fingerprint)
+    session = Session(controller, live_stylizer, latency)
     gc.collect()
     gc.freeze()  # what start-up left is here to stay: the collector need not walk it between two frames
     return session

@@ -33,6 +33,7 @@ CONTROLS = (
     Control("run while held", {"run": ("left shift", "right shift")}, {"run": ("righttrigger",)}),
     Control("turn where it faces", {"face_left": ("q",), "face_right": ("e",)}, {"face": ("lefttrigger+right stick",)}),
     Control("face where it goes again", {"face_free": ("f",)}, {"face_free": ("b",)}),
+    Control("styled legs set the pace, or the stick alone", {"pace": ("i",)}, menu="style"),
 
     Control("pick a body part or a group", {f"pick_{part}": (str(n),) for n, part in enumerate(PARTS_BY_NUMBER[:-1], 1)},
             {"part_previous": ("dpad_up",), "part_next": ("dpad_down",)}, {"touch": ("left",)}, touch="on it, or its picture"),

@@ -3,7 +3,7 @@
 import gc
 import time
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
 from typing import Callable, Iterable, Sequence
@@ -14,7 +14,7 @@ from demo import actions, overlay, panels, takes, taking
 from demo.bindings import DEFAULT, Bindings
 from demo.canvas import ALERT, INK
 from demo.devices import Devices
-from demo.dropped import Dropped
+from demo.dropped import Dropped, shown
 from demo.hints import Hints
 from demo.inset import Inset
 from demo.insight import Insight
@@ -38,6 +38,8 @@ READING_SPEED = 20.0  # letters a second
 FIGURES_SECONDS = 0.25  # how often the figures of the status line change
 ATTRACT_ORBIT = 0.12  # radians a second that the camera goes round while the window plays by itself
 
+MakeRecorder = Callable[[Path, str | None, bool], Recorder]  # as the class itself
+
 
 @dataclass(frozen=True)
 class LiveReport:
@@ -50,7 +52,7 @@ class LiveReport:
 
 
 def run_live(session: Session, styles: Sequence[str], seconds: float | None = None, window: Window | None = None,
-             recorder_factory: Callable[[Path, str | None], Recorder] = Recorder, clock: Callable[[], float] = time.perf_counter,
+             recorder_factory: MakeRecorder = Recorder, clock: Callable[[], float] = time.perf_counter,
              sleep: Callable[[float], None] = time.sleep, attract: Iterable[Command] = (),
              bindings: Bindings = DEFAULT, presets: Presets | None = None, stream: Sender | None = None) -> LiveReport:
     """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
@@ -82,7 +84,7 @@ class Live:
     `do` carries out an action; keys that are only held are the devices' affair."""
 
     def __init__(self, session: Session, styles: Sequence[str], window: Window,
-                 recorder_factory: Callable[[Path, str | None], Recorder] = Recorder,
+                 recorder_factory: MakeRecorder = Recorder,
                  clock: Callable[[], float] = time.perf_counter, attract: Iterable[Command] = (),
                  bindings: Bindings = DEFAULT, presets: Presets | None = None, stream: Sender | None = None) -> None:
         self.session, self.window = session, window
@@ -91,13 +93,14 @@ class Live:
         self.menu, self.hints, self.insight = Menu(bindings), Hints(bindings), Insight(session)
         self.seen = {"contacts"}  # of demo.actions.SEEN
         self.hidden = self.leaving = self.helping = False
+        self.pace = True  # whether the styles of the legs set speed, stride and cadence
         self._attract = cycle(attract)
         self.playing = next(self._attract, None)  # the next command of the attract mode, None once somebody took over
         self.renderer = Renderer(window.size)
         self.recorder: Recorder | None = None
         self.takes = takes.Takes()
         self.stylizers = Stylizers(session)
-        self.dropped = Dropped(lambda path: session.stylizer.learn(path))
+        self.dropped = Dropped(lambda: session.stylizer)
         self.inset = Inset()
         self.stream = stream
         self.files: list[Path] = []
@@ -121,9 +124,9 @@ class Live:
         due_at = self.clock() + FRAME_SECONDS
         while not self.leaving and (last is None or self.frames < last):
             events = pygame.event.get()
-            for path in self.dropped.take(events):
+            for paths in self.dropped.take(events):
                 self.wake()
-                self.say(f"learning {path.name}")
+                self.say(f"learning {shown(paths)}")
             for action in self.devices.handle(events):
                 self.do(action)
             now = self.clock()
@@ -163,7 +166,7 @@ class Live:
         """What is asked for in the next frame: by a person, or by the recording that plays until there is one."""
         facing = self.frame.styled.root_facing if self.frame else 0.0
         style = {} if self.devices.holds("compare") else self.choice.style
-        command = self.devices.command(self.view.camera.yaw, facing, style, FRAME_SECONDS)
+        command = replace(self.devices.command(self.view.camera.yaw, facing, style, FRAME_SECONDS), pace=self.pace)
         if self.playing is None:
             return command
         playing, self.playing = self.playing, next(self._attract)

@@ -1,5 +1,7 @@
-"""Styles as users write them, PART=NAME[+OTHER@SHARE][:STRENGTH], and the sentence for a name that the bank does not hold."""
+"""Styles as users write them, PART=NAME[+OTHER@SHARE][:STRENGTH], the sentence for a name that the bank does not hold, and the
+movements that a style knows."""
 
+import re
 from difflib import get_close_matches
 from typing import Collection, Iterable
 
@@ -36,6 +38,11 @@ def check_styles(wanted: Iterable[str], known: Collection[str]) -> None:
             near = get_close_matches(name, known, 3)
             hint = f"did you mean {' or '.join(near)}?" if near else "`patchwalk styles list` shows what there is"
             raise ValueError(f"unknown style '{name}': {hint}")
+
+
+def movement_names(movements: Iterable[str]) -> tuple[str, ...]:
+    """The kinds of movement among the clips of a style, each once: the own style has several speeds of one, as `walk_0.85`."""
+    return tuple(dict.fromkeys(re.sub(r"_[\d.]+$", "", name).replace("_", " ") for name in movements))
 
 
 def _with_number(text: str, sign: str) -> tuple[str, float | None]:

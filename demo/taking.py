@@ -28,7 +28,7 @@ def toggle_recording(live: "Live") -> None:
     path = new_file("jsonl")
 
     def start() -> None:
-        live.recorder = live.recorder_factory(path, live.stylizers.other)
+        live.recorder = live.recorder_factory(path, live.stylizers.other, live.pace)
         live.files.append(path)
         live.session.restart()
         live.takes.frames.clear()
@@ -72,7 +72,8 @@ def wear_learned(live: "Live") -> None:
             live.choice.learn(result.style)
             live.choice.choose(result.style)
             live.inset.play(result.clip, result.style)
-            live.say(f"learned “{result.style}”: worn by {panels.readable(live.choice.picked)}, kept for the next start")
+            live.say(f"learned “{result.style}” ({', '.join(result.movements)}): worn by {panels.readable(live.choice.picked)}, "
+                     "kept for the next start")
         else:
             live.say(result.reason, ALERT)
 

@@ -19,12 +19,19 @@ class Command:
     gait: a name of GAIT_SPEEDS.
     style: body part name -> (style name, strength 0 .. 1.5) or (style name, strength, other style, share 0 .. 1 of the way
         to the other), for the parts that are restyled; the others keep their own style.
+    pace: whether the styles of the legs set speed, stride and cadence.
     """
 
     move: tuple[float, float] = (0.0, 0.0)
     face: tuple[float, float] | None = None
     gait: str = "walk"
     style: Mapping[str, Worn] = field(default_factory=dict)
+    pace: bool = False
+
+    @property
+    def gaits(self) -> tuple[str, ...]:
+        """The gait, as a crowd has it."""
+        return (self.gait,)
 
     @property
     def desired_velocity(self) -> np.ndarray:
@@ -47,6 +54,16 @@ class Commands:
     def desired_velocity(self) -> np.ndarray:
         """(characters, 2)"""
         return np.array([command.desired_velocity for command in self.each])
+
+    @property
+    def gaits(self) -> tuple[str, ...]:
+        """One for each character."""
+        return tuple(command.gait for command in self.each)
+
+    @property
+    def pace(self) -> np.ndarray:
+        """(characters,) of bool"""
+        return np.array([command.pace for command in self.each])
 
     @property
     def heading(self) -> np.ndarray:

@@ -21,6 +21,7 @@ CLEARANCE = 0.05  # metres: a lifted foot stays as high as the content's up to t
 REACH = 0.9999  # share of a leg's length that is used
 STRETCH = 0.98  # share over which the hips sink, unless the content's own leg is stretched more
 LONGEST_DROP = 0.25  # metres that the hips sink at most to let a foot reach its place
+LIMB_REACH = 0.999  # share of a leg's length that raised feet use
 
 
 def feet_in_order(styled: Pose, content: Pose) -> Pose:
@@ -66,3 +67,14 @@ def _drop(hips: np.ndarray, targets: np.ndarray, stretch: np.ndarray) -> np.ndar
 def _slowly(values: np.ndarray) -> np.ndarray:
     """Values (frames, ...) of a body that rises and sinks no quicker than LEVEL_SECONDS let it."""
     return gaussian_filter1d(values, LEVEL_SECONDS * FPS, mode="nearest")
+
+
+def foot_height_error(styled: Pose, content: Pose) -> np.ndarray:
+    """How far (...) the lowest joint of the styled feet is under the content's lowest, in metres."""
+    return content.positions[..., CONTACT_JOINTS, 1].min(axis=-1) - styled.positions[..., CONTACT_JOINTS, 1].min(axis=-1)
+
+
+def raise_feet(styled: Pose, height: np.ndarray) -> Pose:
+    """Both feet moved up by a height (...) in metres, the hips staying where they are."""
+    targets = styled.positions[..., LEGS[-1], :] + np.multiply.outer(height, UP)[..., None, :]
+    return reach(styled, LEGS, targets, KNEES_FORWARD, LIMB_REACH)

@@ -15,7 +15,9 @@ from sim.worn import is_number, shown
 
 HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
 MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
-STICK_TOLERANCE = 1e-6  # how far rounding may push a full stick past length 1
+FULL_STICK = 1.001  # a stick that rounding made this long is scaled down to length 1
+LAST_BITS = 1e-12  # by which a recorded full stick may be too long: it is left as it is, for the same pose to the last bit
+SMALLEST_FACE = 1e-6  # the length of a facing under which it is no direction
 
 
 class Recorder:
@@ -25,14 +27,15 @@ class Recorder:
     frame says how long the stretch before it has lasted, so that a crash loses less than a second of input.
     Raises FileExistsError rather than write over a recording."""
 
-    def __init__(self, path: str | Path, stylizer: str | None = None) -> None:
-        """stylizer: the name of the one in use, for whoever plays it; None: the one that is used unless another is named."""
+    def __init__(self, path: str | Path, stylizer: str | None = None, pace: bool = False) -> None:
+        """stylizer: the name of the one in use, for whoever plays it; None: the one that is used unless another is named.
+        pace: whether the styles of the legs set the pace at the start; a command that says otherwise is written as a change."""
         self.path = Path(path)
         self.frames = 0
         self._file = open(self.path, "x", encoding="ascii")
-        self._last: dict = {}
+        self._last: dict = {"pace": pace}  # what the lines so far say
         self._silent = 0  # frames since the last line
-        self._line(HEADER | ({"stylizer": stylizer} if stylizer else {}))
+        self._line(HEADER | ({"stylizer": stylizer} if stylizer else {}) | ({"pace": True} if pace else {}))
 
     def write(self, command: Command) -> None:
         """Records the command of the next frame."""
@@ -98,11 +101,11 @@ def read(path: str | Path) -> Recording:
     *lines, tail = Path(path).read_bytes().split(b"\n")
     if _is_whole(tail):
         lines.append(tail)
-    command, frame, ended = Command(), -1, False
-    changes = {0: command}
-    number = 1
+    frame, ended, number = -1, False, 1
     try:
-        stylizer = _stylizer_of(lines[0] if lines else tail)
+        header = _header_of(lines[0] if lines else tail)
+        command = Command(pace=_read_pace(header.get("pace", False)))
+        changes = {0: command}
         for number, line in enumerate(lines[1:], 2):  # noqa: B007 - the error message below needs it
             if not line.strip():
                 continue
@@ -120,7 +123,7 @@ def read(path: str | Path) -> Recording:
         raise ValueError(f"{path}: the recording holds no frames")
     if not ended:
         warnings.warn(f"{path} was cut short: it plays up to its last whole line, {frames / FPS:.1f} s", stacklevel=2)
-    return Recording(tuple(changes.items()), frames, stylizer)
+    return Recording(tuple(changes.items()), frames, header.get("stylizer"))
 
 
 def _encode(command: Command) -> dict:
@@ -128,7 +131,8 @@ def _encode(command: Command) -> dict:
     return {"move": [float(v) for v in command.move],
             "face": None if command.face is None else [float(v) for v in command.face],
             "gait": command.gait,
-            "style": worn.encode(command.style)}
+            "style": worn.encode(command.style),
+            "pace": bool(command.pace)}
 
 
 def _parse(line: bytes) -> dict:
@@ -151,8 +155,8 @@ def _is_whole(line: bytes) -> bool:
     return True
 
 
-def _stylizer_of(line: bytes) -> str | None:
-    """What the header says of the stylizer. Raises ValueError for a line that is no header."""
+def _header_of(line: bytes) -> dict:
+    """The header. Raises ValueError for a line that is none, or that names no stylizer where it should."""
     try:
         header = _parse(line)
     except ValueError:
@@ -164,7 +168,7 @@ def _stylizer_of(line: bytes) -> str | None:
             raise ValueError(f"{name} is {shown(header.get(name))}, but only {HEADER[name]} can be played")
     if not isinstance(name := header.get("stylizer"), str | None):
         raise ValueError(f"stylizer is {shown(name)}, but must be a name")
-    return name
+    return header
 
 
 def _frame_of(entry: dict, after: int) -> int:
@@ -198,16 +202,17 @@ def _fields_of(entry: dict, command: Command) -> dict:
 
 def _read_move(value, _: Command) -> tuple[float, float]:
     move = _pair("move", value)
-    if math.hypot(*move) > 1 + STICK_TOLERANCE:
+    length = math.hypot(*move)
+    if length > FULL_STICK:
         raise ValueError(f"move is {shown(value)}, longer than 1, the full stick; scale it down")
-    return move
+    return (move[0] / length, move[1] / length) if length > 1 + LAST_BITS else move
 
 
 def _read_face(value, _: Command) -> tuple[float, float] | None:
     if value is None:
         return None
     face = _pair("face", value)
-    if math.hypot(*face) < STICK_TOLERANCE:
+    if math.hypot(*face) < SMALLEST_FACE:
         raise ValueError("face is [0, 0], which is no direction; use null to face where it goes")
     return face
 
@@ -222,7 +227,13 @@ def _read_style(value, command: Command) -> dict[str, worn.Worn]:
     return worn.decode(value, command.style)
 
 
-_READERS = {"move": _read_move, "face": _read_face, "gait": _read_gait, "style": _read_style}
+def _read_pace(value, _: Command | None = None) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"pace is {shown(value)}, but must be true or false")
+    return value
+
+
+_READERS = {"move": _read_move, "face": _read_face, "gait": _read_gait, "style": _read_style, "pace": _read_pace}
 
 
 def _pair(name: str, value) -> tuple[float, float]:

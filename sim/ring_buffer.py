@@ -4,9 +4,11 @@ from collections import deque
 
 import numpy as np
 
-from sim.features import STRIDE, WINDOW, features_between
+from sim.features import LAYOUT, STRIDE, WINDOW, features_between
+from sim.pace import OWN_PACE, Pace
 from sim.pose import Pose
 
+TRAVEL = slice(LAYOUT["root"].start, LAYOUT["root"].start + 2)  # the root's velocity over the floor
 SPAN = (WINDOW - 1) * STRIDE + 1  # frames: 31, the current one included
 
 
@@ -19,12 +21,15 @@ class RingBuffer:
         self._poses: deque[Pose] = deque(maxlen=STRIDE + 1)
         self._features: deque[np.ndarray] = deque(maxlen=SPAN)
 
-    def push(self, pose: Pose) -> None:
-        """Adds the newest pose."""
+    def push(self, pose: Pose, pace: Pace = OWN_PACE) -> None:
+        """Adds the newest pose, made at a pace: velocities are told in the controller's own time, as if it had gone at its own."""
         self._poses.append(pose)
         while len(self._poses) <= STRIDE:
             self._poses.append(pose)
         feature = features_between(pose, self._poses[0])
+        if pace is not OWN_PACE:
+            feature[..., LAYOUT["velocity"]] /= np.asarray(pace.rate)[..., None, None]
+            feature[..., TRAVEL] /= np.asarray(pace.travel)[..., None, None]
         self._features.append(feature)
         while len(self._features) < SPAN:
             self._features.append(feature)

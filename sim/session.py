@@ -8,6 +8,7 @@ import numpy as np
 from sim.command import Command, Commands
 from sim.foot_lock import FootLock
 from sim.latency import Latency
+from sim.pace import OWN_PACE, Pace, PaceFollower
 from sim.pose import Pose
 from sim.ring_buffer import RingBuffer
 from sim.worn import Worn
@@ -16,7 +17,8 @@ from sim.worn import Worn
 class Controller(Protocol):
     """Turns the player's wish into neutral motion, one 60 Hz frame a call."""
 
-    def step(self, command: Command | Commands) -> Pose: ...
+    def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
+        """The next neutral pose, at the pace that styled legs ask for."""
 
     def restart(self) -> None:
         """Back to before the first step: the same commands give the same poses again, bit for bit."""
@@ -31,6 +33,12 @@ class Stylizer(Protocol):
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
         """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn).
         Raises ValueError for a style that the bank does not hold."""
+
+    def leg_strengths(self) -> np.ndarray:
+        """(..., 2) how far the left and the right leg are styled now."""
+
+    def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """What the styles of the legs ask for in each character's gait: speed and playback rate of sim.pace.Pace, (...) each."""
 
     def restart(self) -> None:
         """Back to before the first step, as a Controller's."""
@@ -56,7 +64,10 @@ class Session:
         self.controller = controller
         self.stylizer = stylizer
         self.latency = latency or Latency()
-        self.history, self.foot_lock = RingBuffer(), FootLock()
+        self._begin()
+
+    def _begin(self) -> None:
+        self.history, self.foot_lock, self.pace = RingBuffer(), FootLock(), PaceFollower()
 
     def restart(self) -> None:
         """Back to standing at the start point, as a new session would with the same models, and at once.
@@ -64,7 +75,7 @@ class Session:
         A recording that begins here replays to the same poses; the latency report runs on."""
         self.controller.restart()
         self.stylizer.restart()
-        self.history, self.foot_lock = RingBuffer(), FootLock()
+        self._begin()
 
     def crowd(self, count: int) -> "Session":
         """So many characters with the same models, standing at the start point, all moved by one step of `Commands`.
@@ -77,12 +88,21 @@ class Session:
         stage = self.latency.stage
         with stage("frame"):
             with stage("controller"):
-                neutral = self.controller.step(command)
+                pace = self._pace(command)
+                neutral = self.controller.step(command, pace)
             with stage("features"):
-                self.history.push(neutral)
+                self.history.push(neutral, pace)
                 window = self.history.window()
             with stage("stylizer"):
                 styled = self.stylizer.step(window, neutral, command.style)
             with stage("foot_lock"):
-                styled = self.foot_lock.step(styled, neutral)
+                styled = self.foot_lock.step(styled, neutral, self.stylizer.leg_strengths(), command.pace)
         return Frame(command, neutral, styled)
+
+    def _pace(self, command: Command | Commands) -> Pace:
+        """The pace of this frame. The root goes as far as the strides of the last frame carry it; where the command leaves the pace
+        to the styles of the legs, at their speed and playback rate, and otherwise at the speed that is asked for."""
+        stride = self.foot_lock.stride.scale
+        speed, rate = self.stylizer.pace(command.gaits)
+        pace = Pace(*self.pace.step(np.where(command.pace, speed, 1 / stride), np.where(command.pace, rate, 1.0)), stride)
+        return OWN_PACE if all(np.all(value == 1) for value in pace) else pace

@@ -4,9 +4,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from stylizer.bank import WINDOW, WINDOWS
+from stylizer.encoding import TOKEN_WINDOWS
 from stylizer.layers import PartStyle
 from stylizer.motion_puzzle import MotionPuzzle
+from stylizer.style_clips import WINDOW
 
 LEVEL = 2  # the finest graph with attention: two vertices a part, 15 samples a second
 
@@ -29,5 +30,5 @@ def attention_map(model: MotionPuzzle, motion: Tensor, style: dict[int, PartStyl
     x, keys, _ = seen[0]
     weights = layer.attention(x, keys)[part, 0]  # (content tokens, style tokens); a token is a vertex at a sample
     samples = WINDOW // 2 ** (LEVEL - 1)
-    by_time = weights.view(-1, x.shape[2], WINDOWS, weights.shape[1] // (WINDOWS * samples), samples)
+    by_time = weights.view(-1, x.shape[2], TOKEN_WINDOWS, weights.shape[1] // (TOKEN_WINDOWS * samples), samples)
     return by_time.sum(3).mean(0).flatten(1).numpy()

@@ -1,6 +1,5 @@
 """Styles put together from styles: each body part its own, two of them blended, many side by side in a batch."""
 
-from math import lcm
 from typing import Sequence
 
 import torch
@@ -12,9 +11,7 @@ Style = dict[int, PartStyle]  # by number of the decoder's block
 
 
 def side_by_side(styles: Sequence[Style]) -> Style:
-    """One style that is the first's in the first of the five body parts, the second's in the second ... (Eq. 5).
-
-    They hold as many tokens: see `with_equal_tokens`."""
+    """One style that is the first's in the first of the five body parts, the second's in the second ... (Eq. 5)."""
     return {level: PartStyle(*(torch.stack([getattr(style[level], key)[part] for part, style in enumerate(styles)])
                                for key in PartStyle._fields)) for level in styles[0]}
 
@@ -24,14 +21,6 @@ def interpolated(first: Style, other: Style, shares: Sequence[float]) -> Style:
     share = torch.tensor(shares, dtype=torch.float32)
     return {level: PartStyle(*(torch.lerp(a, b, share.view(-1, *[1] * (a.dim() - 1)))
                                for a, b in zip(first[level], other[level]))) for level in first}
-
-
-def with_equal_tokens(styles: Sequence[Style]) -> list[Style]:
-    """The same styles, their tokens repeated to one number for all, which makes no difference to attention."""
-    counts = [max(1, *(part.keys.shape[2] for part in style.values())) for style in styles]
-    return [{level: part._replace(**{key: getattr(part, key).repeat(1, 1, lcm(*counts) // count, 1)
-                                     for key in ("keys", "values")}) for level, part in style.items()}
-            for style, count in zip(styles, counts)]
 
 
 def for_batch(style: Style, size: int) -> Style:

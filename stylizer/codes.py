@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Sequence
 
 import numpy as np
 import torch
@@ -14,37 +15,55 @@ from sim.features import STRIDE, clip_features
 from sim.retarget import load_clip
 from sim.sources import ARCHIVES, CONTROLLER
 from stylizer import weights
-from stylizer.bank import BUNDLED, Bank, Style, checked, kept_windows, style_windows, write
-from stylizer.bundled import CLIPS, NEUTRAL, without_ends
+from stylizer.bank import BUNDLED, Bank
+from stylizer.bundled import CLIPS, find_clip, without_ends
 from stylizer.domains import label_of
-from stylizer.whole_body import velocity_factor
+from stylizer.own_style import OWN
+from stylizer.style_clips import Gait, StyleClips, movements_in, no_cycles, style_windows
+from stylizer.style_file import checked, gait_from, gait_tensors, kept_gait, kept_motion, kept_windows, write
+from stylizer.whole_body import WholeBody, velocity_factor
 
 FOLDER = "codes"  # in a folder of styles: one file a network, all its codes in it
 POINTS = "key_points"  # in the user's folder: styles read from video
 SEEN = 4 / np.pi  # how much quicker a joint is than its picture, on the average over the views from all around
+UNKNOWN_GAIT = Gait(("walk",), np.zeros((1, 3)), np.zeros(1), np.zeros(1), no_cycles(1), None)  # of a style that no captured clip shows
 DRAWN = "drawn"  # what the names of styles drawn by chance begin with
 
 
 def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
-    """Writes the codes of the neutral style, which needs no data, and of every style of `bundled.CLIPS` whose clip lies under
+    """Writes the codes of the own style, which needs no data, and of every style of `bundled.CLIPS` whose first clip lies under
     data_dir, into out_dir/codes/network.safetensors; returns their names."""
     model, fingerprint = weights.load(network, weights_folder)
-    windows = kept_windows(weights.read(BUNDLED / f"{NEUTRAL}.safetensors")[1])
-    codes, speeds = {NEUTRAL: model.encode_style(windows, NEUTRAL)}, {NEUTRAL: velocity_factor(windows)}
-    licences = {ARCHIVES[CONTROLLER]}
-    for name, (clip, licence) in CLIPS.items():
-        path = Path(data_dir) / clip
-        if path.exists():
-            windows = style_windows(without_ends(clip_features(load_clip(path))))
-            codes[name] = model.encode_style(windows, label_of(str(Path(clip).with_suffix(""))))
-            speeds[name] = velocity_factor(windows)
-            licences.add(licence)
+    own = kept_motion(BUNDLED / f"{OWN}.safetensors")
+    styles = {OWN: encode_codes(model, own.windows, own.gait, [OWN] * len(own.windows))}
+    speeds, licences = {OWN: velocity_factor(np.concatenate(own.windows))}, {ARCHIVES[CONTROLLER]}
+    for name, (clips, licence) in CLIPS.items():
+        if find_clip(data_dir, clips[0]) is None:
+            continue
+        movements, labels = [], []
+        for clip in clips:
+            if path := find_clip(data_dir, clip):
+                found = movements_in(without_ends(clip_features(load_clip(path))))
+                movements, labels = movements + found, labels + [label_of(clip.removesuffix(".bvh"))] * len(found)
+        styles[name] = encode_codes(model, [m.windows for m in movements], Gait.of(movements), labels)
+        speeds[name] = velocity_factor(movements[0].windows)
+        licences.add(licence)
     path = Path(out_dir) / FOLDER / f"{network}.safetensors"
     path.parent.mkdir(parents=True, exist_ok=True)
+    tensors = {name: style.features.contiguous() for name, style in styles.items()}
+    for name, style in styles.items():
+        tensors |= gait_tensors(style.gait, f"{name}.")
+    header = {"weights": fingerprint, "controller": own.controller, "licence": "; ".join(sorted(licences)),
+              "speeds": json.dumps(speeds), "movements": json.dumps({name: style.gait.movements for name, style in styles.items()})}
     with replacing(path) as temporary:
-        save_file({name: code.contiguous() for name, code in codes.items()}, temporary,
-                  {"weights": fingerprint, "licence": "; ".join(sorted(licences)), "speeds": json.dumps(speeds)})
-    return list(codes)
+        save_file(tensors, temporary, header)
+    return list(styles)
+
+
+def encode_codes(model: WholeBody, windows: Sequence[np.ndarray], gait: Gait, labels: Sequence[str | None]) -> StyleClips:
+    """A style from the windows (m, T, 21, 15) of each of its clips and their domains, where they are known."""
+    return StyleClips(torch.stack([model.encode_style(np.asarray(each, dtype=np.float32), label)
+                                   for each, label in zip(windows, labels)]), gait)
 
 
 class CodeBank(Bank):
@@ -91,7 +110,8 @@ class CodeBank(Bank):
         """Draws the styles of `drawn` anew; the same seed draws the same."""
         self.seed = self.seed + 1 if seed is None else seed
         for place, (name, label) in enumerate(self.drawn.items()):
-            self._styles[name] = self.model.drawn(label, np.random.default_rng((self.seed, place)))
+            code = self.model.drawn(label, np.random.default_rng((self.seed, place)))
+            self._styles[name] = StyleClips(code[None], UNKNOWN_GAIT)
 
     def add_points(self, folder: Path, name: str, fps: float = 30.0) -> None:
         """Learns a style from a folder of OpenPose key points, `fps` frames a second. Raises ValueError or OSError."""
@@ -102,7 +122,8 @@ class CodeBank(Bank):
         self.check_new(name)
         windows = style_windows(key_points.read(folder, NAMES, fps)).astype(np.float16)
         file = self.user / POINTS / f"{name}.safetensors"
-        write(file, name, {}, self.fingerprint, "the user's own video", Path(folder).name, windows)
+        write(file, name, StyleClips({}, UNKNOWN_GAIT),
+              {"weights": self.fingerprint, "licence": "the user's own video", "source": Path(folder).name}, [windows])
         self._styles[name] = self._read_points(file)
 
     def _taken(self, name: str) -> bool:
@@ -113,30 +134,37 @@ class CodeBank(Bank):
         of_video = self.user / POINTS / f"{name}.safetensors"
         return of_video if of_video.exists() else super()._file(name)
 
-    def _learned(self, windows: np.ndarray) -> Style:
-        return {}  # the windows are enough: a code is made of them in a moment
+    def _learned(self, windows: Sequence[np.ndarray], gait: Gait) -> StyleClips:
+        return StyleClips({}, gait)  # the windows are enough: codes are made of them in a moment
 
-    def _bundled_styles(self) -> dict[str, Tensor]:
-        path = self.bundled / FOLDER / f"{self.name}.safetensors"
+    @property
+    def _codes_path(self) -> Path:
+        return self.bundled / FOLDER / f"{self.name}.safetensors"
+
+    def _bundled_styles(self) -> dict[str, StyleClips]:
+        path = self._codes_path
         if not path.exists():
             raise ValueError(f"no style codes at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'")
-        header, codes = weights.read(path)
+        header, tensors = weights.read(path)
+        if header.get("controller") != self.controller:
+            raise ValueError(f"{path} was computed for another controller: reinstall Patchwalk or run 'patchwalk styles capture'")
         if header.get("weights") != self.fingerprint:
             raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
         self._speeds |= json.loads(header["speeds"])
-        return codes
+        return {name: StyleClips(tensors[name].float(), gait_from(tensors, movements, f"{name}."))
+                for name, movements in json.loads(header["movements"]).items()}
 
-    def _read(self, path: Path) -> Tensor:
-        _, tensors = checked(path)
+    def _read(self, path: Path) -> StyleClips:
+        header, tensors = checked(path)
         if "windows" not in tensors:
             raise ValueError(f"{path} keeps no motion, which the {self.name} stylizer needs: add the style again")
-        windows = kept_windows(tensors)
-        self._speeds[path.stem] = velocity_factor(windows.astype(np.float32))
-        return self.model.encode_style(windows)
+        windows = [each.astype(np.float32) for each in kept_windows(tensors)]
+        self._speeds[path.stem] = velocity_factor(windows[0])
+        return encode_codes(self.model, windows, kept_gait(header, tensors), [None] * len(windows))
 
     @torch.inference_mode()
-    def _read_points(self, path: Path) -> Tensor:
+    def _read_points(self, path: Path) -> StyleClips:
         points = checked(path)[1]["windows"].float()
         speed = points.diff(dim=1).norm(dim=-1).amax(dim=-1).mean() * FPS / STRIDE
         self._speeds[path.stem] = float(speed) * SEEN
-        return self.model.encode_points(points).mean(dim=0)
+        return StyleClips(self.model.encode_points(points).mean(dim=0)[None], UNKNOWN_GAIT)

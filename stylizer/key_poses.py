@@ -25,7 +25,7 @@ HIDDEN, CODE = 96, 16  # units of the network that tells moments, and of the cod
 QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves tells little
 # Sideways, forward, turning: how little another way may be trusted at most. A slow walk does say how legs move in a quick one;
 # learning alone, whose loss is fond of medians, makes legs hardly ever listen to it.
-MOST_WARY = torch.tensor([math.inf, 0.3, math.inf])[:, None]
+MOST_WARY = torch.tensor([math.inf, 0.15, math.inf])[:, None]
 SHARPNESS = 3.0  # how surely moments are told at first: minus the score at the mean distance of two poses' codes
 RIDGE = 0.03  # how much dearer it is to change a moment that is never told than to miss the clip's poses
 
@@ -101,6 +101,12 @@ class KeyPoses(nn.Module):
         scale = torch.cat([mean, deviation, here, *(each.expand(len(PARTS), -1, -1) for each in (way, code))], dim=2)
         none = way.new_zeros(len(PARTS), len(way), 0, ROOT_SIZE)
         return PartStyle(scale, table.flatten(2), none, none)
+
+    def refit(self, style: PartStyle, told: Tensor, poses: Tensor) -> PartStyle:
+        """The key poses changed so that moments told (5, 1, T, moments) show normalized poses (21, 1, T, 12)."""
+        mean = style.scale[..., self.fields.mean][:, :, None]
+        table = style.bias.unflatten(2, (told.shape[3], -1))
+        return style._replace(bias=_fitted(table, told, self._by_part(poses) - mean).flatten(2))
 
     def _by_part(self, values: Tensor) -> Tensor:
         """(21, B, T, 12) -> (5, B, T, n 12)"""

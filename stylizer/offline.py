@@ -12,20 +12,22 @@ from scipy.ndimage import gaussian_filter1d
 
 from sim.clip import FPS, Clip, root_frame
 from sim.contacts import foot_contacts
-from sim.features import STRIDE, WINDOW, clip_features
-from sim.foot_cleanup import feet_in_order
+from sim.features import LAYOUT, STRIDE, WINDOW, clip_features
+from sim.foot_cleanup import feet_in_order, foot_height_error, raise_feet
 from sim.kinematics import to_local
 from sim.pose import Pose
 from sim.retarget import load_clip
 from sim.skeleton import PART_NAMES
 from sim.worn import Worn, names
-from stylizer.bank import SHORTEST, Bank, encode
-from stylizer.bank import WINDOW as STYLE_WINDOW
-from stylizer.blend import Style, for_batch, interpolated, side_by_side, with_equal_tokens
+from stylizer.bank import Bank
+from stylizer.blend import Style, interpolated, side_by_side
+from stylizer.encoding import encode
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.overlap import overlapped
 from stylizer.scaling import Scaled
-from stylizer.turns import ARM_PARTS, asked, feet_off, feet_raised, hands_kept, height_share, scales, turned
+from stylizer.style_clips import SHORTEST, StyleClips, single
+from stylizer.style_clips import WINDOW as STYLE_WINDOW
+from stylizer.turns import ARM_PARTS, LEG_PARTS, apply_delta, delta_weights, pose_delta, preserve_hands, rotations_of_delta, unwrap_frames
 from stylizer.whole_body import WholeBody, answers, joints_by_code, together
 
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
@@ -36,12 +38,11 @@ FEW, MANY = 3, 12  # windows from which a style is read: of a clip of seconds, o
 
 @dataclass(frozen=True)
 class Look:
-    """What one body part is to wear: a style at a strength, or the way from it to another, 0 .. 1. A style of a whole-body
-    system is its code."""
+    """What one body part is to wear: a style at a strength, or the way from it to another, 0 .. 1."""
 
-    style: Style | torch.Tensor
+    style: StyleClips
     strength: float = 1.0
-    other: Style | torch.Tensor | None = None
+    other: StyleClips | None = None
     share: float = 0.0
 
 
@@ -54,7 +55,7 @@ def looks(bank: Bank, worn: Mapping[str, Worn]) -> dict[str, Look]:
             for part, wanted in worn.items()}
 
 
-def _style(bank: Bank, name: str) -> Style:
+def _style(bank: Bank, name: str) -> StyleClips:
     if name in bank.names or not (name.lower().endswith(".bvh") or Path(name).exists()):
         return bank[name]
     return clip_style(bank.model, clip_features(load_clip(name)))
@@ -72,12 +73,12 @@ def stylize(model: Scaled, content: Clip, looks: Mapping[str, Look]) -> Clip:
 
 def put_on(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Clip:
     """The clip with what the network answered, features (frames, 21, 15), put on at the strengths (5,), and its feet in order."""
-    rows = asked(styled, clip_features(content)) * scales(strengths)
-    rows = gaussian_filter1d(rows, SMOOTHING, axis=0, mode="nearest")
+    delta = unwrap_frames(pose_delta(styled, clip_features(content))) * delta_weights(strengths)
+    delta = gaussian_filter1d(delta, SMOOTHING, axis=0, mode="nearest")
     before = as_pose(content)
-    styled = hands_kept(turned(before, rows), before, strengths[ARM_PARTS])
-    to_floor = gaussian_filter1d(feet_off(styled, before), FLOOR_SMOOTHING, mode="nearest") * min(height_share(strengths), 1.0)
-    after = feet_in_order(feet_raised(styled, to_floor) if to_floor.any() else styled, before)
+    styled = preserve_hands(apply_delta(before, rotations_of_delta(delta), delta[..., -1, :]), before, strengths[ARM_PARTS])
+    to_floor = gaussian_filter1d(foot_height_error(styled, before), FLOOR_SMOOTHING, mode="nearest") * strengths[LEG_PARTS].min()
+    after = feet_in_order(raise_feet(styled, to_floor) if to_floor.any() else styled, before)
     return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
 
 
@@ -85,13 +86,16 @@ def answer(model: Scaled, features: np.ndarray, looks: Mapping[str, Look]) -> np
     """The network's own answer (frames, 21, 15) to the content's features, before anything is put in order."""
     if isinstance(model, WholeBody):
         return whole_body_answer(model, features, looks)
-    return styled_features(model, features, *worn(model, features, looks))
+    return styled_features(model, features, looks)
 
 
 def whole_body_answer(model: WholeBody, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
     """The answer of a system that is asked once for each style that parts wear."""
+    root_velocity = features[:, 0, LAYOUT["root"]].mean(axis=0)
+
     def code(look: Look) -> torch.Tensor:
-        return look.style if look.other is None else torch.lerp(look.style, look.other, look.share)
+        first, other = (style.at(root_velocity) for style in (look.style, look.other or look.style))
+        return torch.lerp(first, other, look.share)
 
     wanted = [looks.get(part) for part in PART_NAMES]
     keys = [look and (id(look.style), id(look.other), look.share) for look in wanted]
@@ -102,34 +106,38 @@ def whole_body_answer(model: WholeBody, features: np.ndarray, looks: Mapping[str
     return together(features, styled, joints_by_code(keys))
 
 
-def clip_style(model: Scaled, features: np.ndarray, label: str | None = None) -> Style | torch.Tensor:
+def clip_style(model: Scaled, features: np.ndarray, label: str | None = None) -> StyleClips:
     """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated. label: its domain,
     for a whole-body system that knows it."""
     count = FEW if len(features) < MANY * SHORTEST else MANY
     starts = np.linspace(0, max(len(features) - SHORTEST, 0), count).round().astype(int)
     windows = features[(starts[:, None] + STRIDE * np.arange(STYLE_WINDOW)) % len(features)]
-    return model.encode_style(windows, label) if isinstance(model, WholeBody) else encode(model, windows)
+    encoded = model.encode_style(windows, label) if isinstance(model, WholeBody) else encode(model, windows)
+    return single(encoded, features)
 
 
-def worn(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> tuple[Style, Style]:
-    """One style for the network, part by part, and the content's own, which the parts that have no look wear."""
-    own = clip_style(model, features)
-    first = [looks[part].style if part in looks else own for part in PART_NAMES]
-    other = [looks[part].other or style if part in looks else own for part, style in zip(PART_NAMES, first)]
-    *alike, own = with_equal_tokens([*first, *other, own])
+def worn(own: StyleClips, looks: Mapping[str, Look], root_velocities: np.ndarray) -> tuple[Style, Style]:
+    """One style for the network, part by part, and the content's own, which the parts that have no look wear, both for windows
+    that move at root velocities (B, 3)."""
+    styles = {id(style): style for look in looks.values() for style in (look.style, look.other) if style}
+    at = {key: style.at(root_velocities) for key, style in (styles | {id(own): own}).items()}
+    first = [id(looks[part].style) if part in looks else id(own) for part in PART_NAMES]
+    other = [id(looks[part].other or looks[part].style) if part in looks else id(own) for part in PART_NAMES]
     shares = [looks[part].share if part in looks else 0.0 for part in PART_NAMES]
-    return interpolated(side_by_side(alike[:len(first)]), side_by_side(alike[len(first):]), shares), own
+    first, other = (side_by_side([at[key] for key in keys]) for keys in (first, other))
+    return interpolated(first, other, shares), at[id(own)]
 
 
 @torch.inference_mode()
-def styled_features(model: MotionPuzzle, features: np.ndarray, style: Style, own: Style) -> np.ndarray:
-    """What the network makes of features (frames, 21, 15): windows as long as in training, faded into each other.
+def styled_features(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+    """What the network makes of features (frames, 21, 15): windows as long as in training, faded into each other."""
+    own = clip_style(model, features)
 
-    own: the features' own style, with as many tokens as the other."""
     def ask(windows: np.ndarray) -> np.ndarray:
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
-        found = model(motion, *(for_batch(look, len(windows)) for look in (style, own)))
-        styled, rebuilt = (None if answers is None else model.restore(answers).double().numpy() for answers in found)
+        style, own_style = worn(own, looks, windows[:, :, 0, LAYOUT["root"]].mean(axis=1))
+        styled, rebuilt = (None if answers is None else model.restore(answers).double().numpy()
+                           for answers in model(motion, style, own_style))
         return (styled if rebuilt is None else windows + (styled - rebuilt))[None]
 
     return overlapped(features, WINDOW, ask)[0]

@@ -17,13 +17,14 @@ from sim.retarget import load_clip
 from sim.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT, expand_part
 from stylizer import bundled, weights
 from stylizer.attention import attention_map
-from stylizer.bank import SHORTEST, encode, style_windows
-from stylizer.bank import WINDOW as STYLE_WINDOW
-from stylizer.blend import Style, for_batch, with_equal_tokens
+from stylizer.encoding import encode
+from stylizer.blend import Style, for_batch
 from stylizer.layers import PartStyle
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.offline import Look, as_pose, clip_style, stylize
-from stylizer.turns import asked, scales, turned
+from stylizer.style_clips import SHORTEST, single, style_windows
+from stylizer.style_clips import WINDOW as STYLE_WINDOW
+from stylizer.turns import apply_delta, pose_delta, rotations_of_delta
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backend that needs no display
@@ -39,11 +40,13 @@ CONTENT = "accad/Male1_B3_Walk.bvh"  # the walk that is restyled
 
 def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     """Draws all pictures into a folder, made if missing. Raises ValueError or OSError where clips or folder do not serve."""
-    clips = {name: _middle(load_clip(path)) for name, (clip, _) in bundled.CLIPS.items() if (path := data_dir / clip).exists()}
-    if len(clips) < 2 or not (data_dir / CONTENT).exists():
+    paths = {name: bundled.find_clip(data_dir, clips[0]) for name, (clips, _) in bundled.CLIPS.items()}
+    clips = {name: _middle(load_clip(path)) for name, path in paths.items() if path}
+    content = bundled.find_clip(data_dir, CONTENT)
+    if len(clips) < 2 or not content:
         raise ValueError(f"{data_dir} lacks {CONTENT} or the clips of the bundled styles: unpack the archives there")
     model, _ = weights.load()
-    content = load_clip(data_dir / CONTENT)
+    content = load_clip(content)
     looks = {name: encode(model, style_windows(clip_features(clip))) for name, clip in clips.items()}
     drawings = {"content-only": lambda: content_only(model, {"neutral": content, **clips}, looks),
                 "interpolation": lambda: interpolation(model, content, looks),
@@ -63,7 +66,7 @@ def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
 
 def strip(model: MotionPuzzle, content: Clip, style: Clip, look: Style, name: str):
     """Neutral walk, style clip and output, a row each."""
-    output = stylize(model, content, {part: Look(look) for part in PART_NAMES})
+    output = stylize(model, content, {part: Look(single(look, clip_features(style))) for part in PART_NAMES})
     return _rows({"neutral": (content, SOURCE), f"{name} (clip)": (style, TARGET), "output": (output, OUTPUT)})
 
 
@@ -76,13 +79,13 @@ def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], looks: Mapping[
         own = clip_style(model, features)
         batch = model.normalize(torch.from_numpy(_whole_windows(features).astype(np.float32)))
         with torch.inference_mode():
-            answer, _ = model(batch, *(for_batch(style, batch.shape[1]) for style in with_equal_tokens([_mean(looks), own])))
+            answer, _ = model(batch, *(for_batch(style, batch.shape[1]) for style in (_mean(looks), own.features)))
             answer = model.restore(answer).double().numpy()
         seen = clips[name][:len(answer) * WINDOW * STRIDE:STRIDE]
         pose = as_pose(seen)
         rows[name] = seen, SOURCE
-        output = turned(pose, asked(answer.reshape(-1, *answer.shape[2:]), features[:len(seen) * STRIDE:STRIDE])
-                        * scales(np.ones(len(PART_NAMES))))
+        delta = pose_delta(answer.reshape(-1, *answer.shape[2:]), features[:len(seen) * STRIDE:STRIDE])
+        output = apply_delta(pose, rotations_of_delta(delta), delta[:, -1])
         rows[f"content of {name}"] = Clip(output.hips, to_local(output.rotations), seen.fps), OUTPUT
     return _rows(rows, step=STRIDE)
 
@@ -90,6 +93,7 @@ def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], looks: Mapping[
 def interpolation(model: MotionPuzzle, content: Clip, looks: Mapping[str, Style]):
     """From one style to another in five steps (Fig. 12), whole body and arms alone."""
     first, other = _two(looks)
+    looks = {name: single(looks[name], clip_features(content)) for name in (first, other)}
     figure, panels = plt.subplots(2, 5, figsize=(11, 5), layout="constrained")
     for row, group in zip(panels, ("all", "arms")):
         for axes, share in zip(row, np.linspace(0, 1, 5)):
@@ -104,10 +108,11 @@ def locality(model: MotionPuzzle, content: Clip, looks: Mapping[str, Style], cli
     """One style on one part of the body at a time (Fig. 11), what is restyled in red."""
     _, name = _two(looks)
     figure, panels = plt.subplots(2, 4, figsize=(14, 5.4), layout="constrained")
+    look = single(looks[name], clip_features(clips[name]))
     shown = [("source", content, SOURCE, set()), (f"{name} (clip)", clips[name], TARGET, set())]
     for group in (*PART_NAMES, "all"):
         touched = set(expand_part(group))
-        output = stylize(model, content, {part: Look(looks[name]) for part in touched})
+        output = stylize(model, content, {part: Look(look) for part in touched})
         shown.append((f"{name} on {group.replace('_', ' ')}", output, OUTPUT, touched))
     for axes, (title, clip, color, touched) in zip(panels.flat, shown):
         _row(axes, clip, color, TOUCHED, touched, count=4)

@@ -53,7 +53,7 @@ class Transfer:
             stream = live(Styles(self.model, {OWN: own, TARGET: style}), content,
                           lambda _: {part: (TARGET, 1.0) for part in PART_NAMES})
             self.seconds += stream.seconds * len(content)
-            result = stream.answers, stream.locked
+            result = clip_features(stream.styled), stream.locked
         else:
             start = time.perf_counter()
             styled = answer(self.model, clip_features(content), {part: Look(style) for part in PART_NAMES})

@@ -15,6 +15,7 @@ from stylizer import catalogue
 from stylizer.live import LiveStylizer
 from stylizer.offline import as_pose
 from stylizer.scaling import Scaled
+from stylizer.style_clips import StyleClips
 
 
 @dataclass(frozen=True)
@@ -22,22 +23,20 @@ class Styles:
     """As much of a style bank as the live stylizer needs: the network and styles by name, `live.OWN` among them."""
 
     model: Scaled
-    styles: Mapping[str, object]
+    styles: Mapping[str, StyleClips]
 
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(self.styles)
 
-    def __getitem__(self, name: str) -> object:
+    def __getitem__(self, name: str) -> StyleClips:
         return self.styles[name]
 
 
 @dataclass(frozen=True)
 class Stream:
-    """What came out: the network's own answers (frames, 21, 15), as the stylizer gave it, after the foot lock, and the
-    stylizer's seconds a frame."""
+    """What came out: as the stylizer gave it, after the foot lock, and the stylizer's seconds a frame."""
 
-    answers: np.ndarray
     styled: Clip
     locked: Clip
     seconds: float
@@ -49,7 +48,7 @@ def live(styles: Styles, content: Clip, worn: Callable[[int], Mapping[str, Worn]
     session = Session(_Player(content), stylizer, latency)
     locked = [session.step(Command(style=worn(frame))).styled for frame in range(len(content))]
     seconds = float(np.mean(latency.seconds["stylizer"]))
-    return Stream(np.array(stylizer.answers), as_clip(stylizer.styled), as_clip(locked), seconds)
+    return Stream(as_clip(stylizer.styled), as_clip(locked), seconds)
 
 
 class _Player:
@@ -67,7 +66,7 @@ class _Player:
 
 
 class _Watched:
-    """A `sim.session.Stylizer` that keeps what another one answers and makes of it."""
+    """A `sim.session.Stylizer` that keeps what another one makes."""
 
     def __init__(self, stylizer: LiveStylizer) -> None:
         self.stylizer = stylizer
@@ -75,12 +74,10 @@ class _Watched:
 
     def restart(self) -> None:
         self.stylizer.restart()
-        self.answers: list[np.ndarray] = []
         self.styled: list[Pose] = []
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
         self.styled.append(self.stylizer.step(window, neutral, style))
-        self.answers.append(window[-1] if self.stylizer.answer is None else self.stylizer.answer)
         return self.styled[-1]
 
 

@@ -1,81 +1,76 @@
-"""What is taken from the network's answer: a turn for each joint and a shift of the hips, put on top of the content.
+"""What is taken from the network's answer: a rotation for each joint and a shift of the hips, applied to the content.
 
-They are rows (..., 22, 3): a rotation vector a joint, then the hips' shift in metres, in the character's own frame. Rows may
-be scaled, smoothed and added; zero rows change nothing, so unstyled parts pass through untouched."""
-
-from typing import Callable
+A pose delta is (..., 22, 3): a rotation vector a joint, then the hips' shift in metres, all in the character's own frame. Deltas
+may be scaled, smoothed and added; a zero delta changes nothing, so unstyled parts pass through untouched."""
 
 import numpy as np
 
 from sim import rotations as rot
 from sim.features import LAYOUT, rotations_of
-from sim.limbs import ARMS, ELBOWS_BACK, KNEES_FORWARD, LEGS, reach
+from sim.limbs import ARMS, ELBOWS_BACK, reach
 from sim.pose import Pose
-from sim.skeleton import CONTACT_JOINTS, INDEX, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
-from sim.vectors import UP
+from sim.skeleton import INDEX, JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 
 HIPS_ROW = JOINT_COUNT
 PART_OF_ROW = np.append(PART_OF_JOINT, PART_OF_JOINT[INDEX["Hips"]])
-LIMB_REACH = 0.999  # share of an arm's or a leg's length that is used
+LIMB_REACH = 0.999  # share of an arm's length that is used
 SHOULDERS = np.array([INDEX["LeftShoulder"], INDEX["RightShoulder"]])  # their place is the spine's doing alone
 ARM_PARTS = PART_OF_JOINT[SHOULDERS]
-BEARING_PARTS = np.array([PART_NAMES.index(part) for part in ("spine", "left_leg", "right_leg")])
+LEG_PARTS = np.array([PART_NAMES.index(part) for part in ("left_leg", "right_leg")])
 
 
-def asked(styled: np.ndarray, content: np.ndarray) -> np.ndarray:
-    """Rows (..., 22, 3) that lead from the content's features (..., 21, 15) to the styled ones."""
-    rows = np.zeros((*styled.shape[:-2], len(PART_OF_ROW), 3))
+def pose_delta(styled: np.ndarray, content: np.ndarray) -> np.ndarray:
+    """The delta (..., 22, 3) that leads from the content's features (..., 21, 15) to the styled ones."""
+    delta = np.zeros((*styled.shape[:-2], len(PART_OF_ROW), 3))
     after, before = rotations_of(np.array([styled, content]))
-    rows[..., :HIPS_ROW, :] = rot.to_rotation_vector(rot.from_matrix(after @ before.swapaxes(-1, -2)))
+    delta[..., :HIPS_ROW, :] = rot.to_rotation_vector(rot.from_matrix(after @ before.swapaxes(-1, -2)))
     hips = INDEX["Hips"]
-    rows[..., HIPS_ROW, :] = styled[..., hips, LAYOUT["position"]] - content[..., hips, LAYOUT["position"]]
-    return rows
+    delta[..., HIPS_ROW, :] = styled[..., hips, LAYOUT["position"]] - content[..., hips, LAYOUT["position"]]
+    return delta
 
 
-def scales(strengths: np.ndarray) -> np.ndarray:
-    """(..., 22, 3) what rows are scaled by, from the strengths (..., 5) of the parts. How high the hips are is the legs' doing
-    too."""
+def delta_weights(strengths: np.ndarray) -> np.ndarray:
+    """(..., 22, 3) what a delta is scaled by, from the strengths (..., 5) of the parts. How high the hips are is the legs' doing:
+    as much as both of them are styled."""
     result = np.empty((*strengths.shape[:-1], len(PART_OF_ROW), 3))
     result[:] = strengths[..., PART_OF_ROW, None]
-    result[..., HIPS_ROW, 1] = height_share(strengths)
+    result[..., HIPS_ROW, 1] = strengths[..., LEG_PARTS].min(axis=-1)
     return result
 
 
-def height_share(strengths: np.ndarray) -> np.ndarray:
-    """How far (...) the height of the hips is the style's: as far as spine and both legs wear one. strengths: (..., 5)."""
-    return strengths[..., BEARING_PARTS].min(axis=-1)
-
-
-def continued(rows: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """The same rows (..., 22, 3), turns told the other way round the circle where that is nearer to the rows before them: a turn
-    of about half a circle must not change its direction from one frame to the next."""
-    turns, last = rows[..., :HIPS_ROW, :], before[..., :HIPS_ROW, :]
+def unwrap(delta: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """The same delta (..., 22, 3), rotations told the other way round the circle where that is nearer to the delta before it: a
+    rotation of about half a circle must not change its direction from one frame to the next."""
+    turns, last = delta[..., :HIPS_ROW, :], before[..., :HIPS_ROW, :]
     other = turns * (1 - 2 * np.pi / np.maximum(rot.length(turns), 1e-9))
     nearer = rot.length(other - last) < rot.length(turns - last)
-    return np.concatenate([np.where(nearer, other, turns), rows[..., HIPS_ROW:, :]], axis=-2)
+    return np.concatenate([np.where(nearer, other, turns), delta[..., HIPS_ROW:, :]], axis=-2)
 
 
-def turned(content: Pose, rows: np.ndarray) -> Pose:
-    """The pose with its joints turned and its hips shifted by rows (22, 3); a pose of many frames takes rows for each."""
-    rows = content.to_world(rows)
-    turns = rows[..., :HIPS_ROW, :]
-    rotations = rot.normalize(rot.multiply(rot.from_rotation_vector(turns), content.rotations))
-    rotations = np.where(turns.any(axis=-1, keepdims=True), rotations, content.rotations)  # to the last bit where nothing is worn
-    return content.with_body(content.hips + rows[..., HIPS_ROW, :], rotations)
+def unwrap_frames(delta: np.ndarray) -> np.ndarray:
+    """A clip's deltas (frames, 22, 3), each rotation told the way round the circle that is nearest to the frame before it."""
+    result = delta.copy()
+    for frame in range(1, len(result)):
+        result[frame] = unwrap(delta[frame], result[frame - 1])
+    return result
 
 
-def feet_off(styled: Pose, content: Pose) -> np.ndarray:
-    """How far (...) the lowest joint of the styled feet is under the content's lowest, in metres."""
-    return content.positions[..., CONTACT_JOINTS, 1].min(axis=-1) - styled.positions[..., CONTACT_JOINTS, 1].min(axis=-1)
+def rotations_of_delta(delta: np.ndarray) -> np.ndarray:
+    """Quaternions (..., 21, 4) of a delta's rotations."""
+    return rot.from_rotation_vector(delta[..., :HIPS_ROW, :])
 
 
-def feet_raised(styled: Pose, height: np.ndarray) -> Pose:
-    """Both feet moved up by a height (...) in metres, the hips staying where they are; nothing where it is 0."""
-    targets = styled.positions[..., LEGS[-1], :] + np.multiply.outer(height, UP)[..., None, :]
-    return _only(height != 0, styled, lambda: reach(styled, LEGS, targets, KNEES_FORWARD, LIMB_REACH))
+def apply_delta(content: Pose, turns: np.ndarray, shift: np.ndarray) -> Pose:
+    """The pose with its joints turned by quaternions (..., 21, 4) and its hips shifted by (..., 3), both in the character's frame;
+    a joint that is not turned stays as it is to the last bit."""
+    vectors = turns.copy()
+    vectors[..., 1:] = content.to_world(turns[..., 1:])
+    rotations = rot.normalize(rot.multiply(vectors, content.rotations))
+    rotations = np.where(turns[..., 1:].any(axis=-1, keepdims=True), rotations, content.rotations)
+    return content.with_body(content.hips + content.to_world(shift[..., None, :])[..., 0, :], rotations)
 
 
-def hands_kept(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
+def preserve_hands(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
     """Hands of arms that keep their own style stay where they were beside the hips, however the spine leans above them.
 
     strengths: (..., 2) of the left and the right arm; an arm in between gives way in between."""
@@ -84,15 +79,9 @@ def hands_kept(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
         return styled
     moved = styled.positions[..., SHOULDERS, :] - content.positions[..., SHOULDERS, :]
     carried = (moved - (styled.hips - content.hips)[..., None, :]) * own[..., None]
-    targets = styled.positions[..., ARMS[-1], :] - carried
-    return _only(np.abs(carried).max(axis=(-2, -1)) >= 1e-9, styled,
-                 lambda: reach(styled, ARMS, targets, ELBOWS_BACK, LIMB_REACH))
-
-
-def _only(which: np.ndarray, pose: Pose, changed: Callable[[], Pose]) -> Pose:
-    """Of a crowd only these (...) changed, the others to the last bit as they are."""
+    which = np.abs(carried).max(axis=(-2, -1)) >= 1e-9
     if not which.any():
-        return pose
-    after = changed()
-    return after if which.all() else pose.with_body(
-        pose.hips, np.where(which[..., None, None], after.rotations, pose.rotations))
+        return styled
+    after = reach(styled, ARMS, styled.positions[..., ARMS[-1], :] - carried, ELBOWS_BACK, LIMB_REACH)
+    return after if which.all() else styled.with_body(
+        styled.hips, np.where(which[..., None, None], after.rotations, styled.rotations))

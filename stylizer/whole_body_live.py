@@ -20,8 +20,8 @@ class WholeBodyStylizer(LiveStylizer):
 
     What is done with it - turns, strengths, smoothing, switches - is the same as for Motion Puzzle."""
 
-    FADES = False
     SMOOTHING = 0.05  # seconds; nothing tells these systems what is to come, so they must not lag far behind
+    BLENDS = False  # codes are blended instead
     PERIOD = 2  # frames: as the samples of their windows lie
 
     def _prepare(self) -> None:
@@ -50,9 +50,9 @@ class WholeBodyStylizer(LiveStylizer):
         if not self.bank.drawn:
             super().reroll()
         self.bank.reroll()
-        self.glide()
+        self.switch()
 
-    def _decoder(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+    def _decoder(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         past = np.stack([sample.reshape(-1, *sample.shape[-2:])[ones] for sample in list(self._past)[::STRIDE]], axis=1)
         result = np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, ones)])
         # Of the stream, from the answer a sample ago: a window's last two samples see its edge too differently to tell.
@@ -62,18 +62,23 @@ class WholeBodyStylizer(LiveStylizer):
         self._said.update(zip(ones, result))
         return result - past[:, -1]
 
-    def _key_poses(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
-        """These systems have none."""
+    def _content(self, windows: np.ndarray) -> np.ndarray:
+        """The newest pose: nothing tells these systems what is to come."""
+        return windows[:, -1]
+
+    def _change(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+        """These systems have no key poses."""
         return np.zeros((len(ones), *windows.shape[2:]))
 
     def _last(self, past: np.ndarray, wearer: Wearer) -> np.ndarray:
         """The last sample (21, 15) of a character's past (T, 21, 15), each part as the answer in its own style says."""
         model = self.bank.model
         joints = joints_by_code([(part.name, part.other, part.share) if part.strength else None for part in wearer.parts])
-        codes = torch.stack([self._code(*look) for look in joints])
+        codes = torch.stack([self._code(wearer.root_velocity, *look) for look in joints])
         window = np.concatenate([past, past[-1:].repeat(model.HELD_BEHIND, axis=0)])
         last = answers(model, window[None], codes, last=1 + model.HELD_BEHIND)[:, 0]
         return together(past[-1], dict(zip(joints, last)), joints)
 
-    def _code(self, name: str, other: str, share: float) -> Tensor:
-        return self.bank[name] if not share else torch.lerp(self.bank[name], self.bank[other], share)
+    def _code(self, root_velocity: np.ndarray, name: str, other: str, share: float) -> Tensor:
+        code = self.bank[name].at(root_velocity)
+        return code if not share else torch.lerp(code, self.bank[other].at(root_velocity), share)

@@ -6,6 +6,7 @@ import pytest
 from sim import rotations as rot
 from sim.clip import FPS
 from sim.command import Commands
+from sim.pace import OWN_PACE, Pace
 from sim.pose import Pose
 from sim.session import Session
 from sim.skeleton import JOINT_COUNT, PARTS, REST_HIPS_HEIGHT
@@ -20,7 +21,7 @@ class FakeController:
     def restart(self) -> None:
         self.position, self.facing, self.frame = np.zeros(3), 0.0, 0
 
-    def step(self, command) -> Pose:
+    def step(self, command, pace=OWN_PACE) -> Pose:
         x, z = command.desired_velocity
         self.position = self.position + np.array([x, 0.0, z]) / FPS
         if command.face or any(command.move):
@@ -46,6 +47,12 @@ class FakeStylizer:
             rotations[list(PARTS[part])] = rot.multiply(rotations[list(PARTS[part])], turn)
         return neutral.with_body(neutral.hips, rotations)
 
+    def leg_strengths(self) -> np.ndarray:
+        return np.zeros(2)
+
+    def pace(self, gaits) -> tuple[np.ndarray, np.ndarray]:
+        return np.ones(()), np.ones(())
+
     def restart(self) -> None:
         pass
 
@@ -63,8 +70,14 @@ class FakeCrowd:
         for one in self.each:
             one.restart()
 
+    def leg_strengths(self) -> np.ndarray:
+        return np.array([one.leg_strengths() for one in self.each])
+
+    def pace(self, gaits) -> tuple[np.ndarray, np.ndarray]:
+        return np.ones(len(self.each)), np.ones(len(self.each))
+
     def step(self, *asked) -> Pose:
-        asked = [values.each if isinstance(values, Commands) else values for values in asked]
+        asked = [values.each if isinstance(values, Commands) else values for values in asked if not isinstance(values, Pace)]
         return Pose.stacked([one.step(*(values[i] for values in asked)) for i, one in enumerate(self.each)])
 
 

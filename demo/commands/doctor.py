@@ -52,11 +52,15 @@ def _controller() -> str:
 
 
 def _stylizer() -> str:
-    from stylizer import catalogue
-    styles = catalogue.from_pretrained().styles
-    others = [name for name in catalogue.names()[1:] if catalogue.from_pretrained(name)]
+    from controller import weights
+    from stylizer import catalogue, own_style
+    stylizers = {name: catalogue.from_pretrained(name) for name in catalogue.names()}
+    for stylizer in stylizers.values():
+        own_style.check(stylizer.own_of, weights.fingerprint())
+    shipped, *others = stylizers
     also = f"; also there: {', '.join(others)}" * bool(others)
-    return f"loaded; they match this skeleton and feature layout; {len(styles)} styles{also}"
+    return ("loaded; they match this skeleton, feature layout and controller; "
+            f"{len(stylizers[shipped].styles)} styles{also}")
 
 
 def _display() -> str:

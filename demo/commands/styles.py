@@ -5,21 +5,30 @@ from pathlib import Path
 
 from demo.commands.replay import STYLIZER_HELP
 
-HELP = "list the styles, add one from a BVH file or from a video's key points, or remove it"
+HELP = "list the styles, add one from BVH files or from a video's key points, remove it, or capture the own style anew"
 EXAMPLE = """patchwalk styles add limp.bvh --name limp
+  patchwalk styles add walk.bvh run.bvh --name limp
   patchwalk styles add key_points/ --name limp --stylizer unpaired --fps 25
 
 A folder of key points holds one .json a frame, as OpenPose's --write_json makes them, in the BODY_25 or the COCO order.
-A style from a BVH file is there for every stylizer, one from key points for unpaired."""
+Several BVH files make one style, which knows each movement that they show: walking, running, backing, strafing, turning,
+standing. So does one long file that walks and runs. A style from BVH files is there for every stylizer, one from key
+points for unpaired."""
+
+CAPTURE = """Restyling changes the controller's motion by what sets a style apart from the own style, which therefore has to be
+the motion of the very controller that runs. This captures it (standing, walking, running, backing, strafing, turning)
+and writes it, and what of all the other styles depends on it, for every stylizer. `patchwalk train controller` ends
+with it."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="list|add|remove")
+    actions = parser.add_subparsers(dest="action", required=True, metavar="list|add|remove|capture")
     options = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
-    shown = actions.add_parser("list", help="print the names", epilog="example:\n  patchwalk styles list", **options)
-    add = actions.add_parser("add", help="learn a style from a clip", epilog=f"example:\n  {EXAMPLE}", **options)
-    add.add_argument("clip", type=Path, metavar="CLIP.bvh|DIR",
-                     help="a few seconds of walking or standing in that style, or a folder of OpenPose key points")
+    shown = actions.add_parser("list", help="print each name, and the movements that the style knows",
+                               epilog="example:\n  patchwalk styles list", **options)
+    add = actions.add_parser("add", help="learn a style from one clip or several", epilog=f"example:\n  {EXAMPLE}", **options)
+    add.add_argument("clips", type=Path, nargs="+", metavar="CLIP.bvh|DIR",
+                     help="a few seconds of moving in that style, in one file or several, or a folder of OpenPose key points")
     add.add_argument("--name", required=True, help="what to call it")
     add.add_argument("--map", type=Path, metavar="FILE",
                      help='JSON {"our joint": "theirs", ...}, for a skeleton that is not recognised by its names')
@@ -29,28 +38,74 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     remove.add_argument("name", help="a name that `styles list` prints")
     for parser in (shown, add, remove):
         parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
+    capture = actions.add_parser("capture", help="capture the own style anew from the controller",
+                                 description=CAPTURE, epilog="example:\n  patchwalk styles capture", **options)
+    capture.add_argument("--out", type=Path, metavar="DIR", help="where to write it (default: the package's own styles)")
 
 
 def run(args: argparse.Namespace) -> int:
     import torch
-
-    from sim import name_maps
-    from stylizer import catalogue
     torch.set_num_threads(1)  # one clip is too little work for more
+    if args.action == "capture":
+        print(capture(args.out))
+        return 0
+    from stylizer import catalogue
     bank = catalogue.bank(args.stylizer)
-    if args.action == "add" and args.clip.is_dir():
-        if not hasattr(bank, "add_points"):
-            raise ValueError(f"{args.clip} is a folder: key points of a video are read with --stylizer unpaired")
-        if not 1 <= args.fps <= 1000:
-            raise ValueError(f"--fps {args.fps:g} is no frame rate: give that of the video, such as 25 or 30")
-        bank.add_points(args.clip, args.name, args.fps)
-        print(f"added {args.name}")
-    elif args.action == "add":
-        bank.add(args.clip, args.name, name_maps.load(args.map) if args.map else None)
-        print(f"added {args.name}")
+    if args.action == "add":
+        _add(bank, args)
     elif args.action == "remove":
         bank.remove(args.name)
         print(f"removed {args.name}")
     else:
-        print("\n".join(bank.names))
+        _list(bank)
     return 0
+
+
+def _add(bank, args: argparse.Namespace) -> None:
+    """Learns a style and says which seconds of which file show what."""
+    from sim import name_maps
+    folder = next((path for path in args.clips if path.is_dir()), None)
+    if folder is None:
+        taken = bank.add(args.clips, args.name, name_maps.load(args.map) if args.map else None).taken
+        print(f"added {args.name}", *taken, sep="\n")
+        return
+    if not hasattr(bank, "add_points"):
+        raise ValueError(f"{folder} is a folder: key points of a video are read with --stylizer unpaired")
+    if len(args.clips) > 1:
+        raise ValueError(f"{folder} is a folder: key points make a style by themselves, so name it alone")
+    if not 1 <= args.fps <= 1000:
+        raise ValueError(f"--fps {args.fps:g} is no frame rate: give that of the video, such as 25 or 30")
+    bank.add_points(folder, args.name, args.fps)
+    print(f"added {args.name}")
+
+
+def _list(bank) -> None:
+    """A name a line, and what is known of how that style moves."""
+    from demo.style_names import movement_names
+    from stylizer.codes import UNKNOWN_GAIT
+    gaits = {name: bank[name].gait for name in bank.names}
+    width = max(map(len, gaits))
+    for name, gait in gaits.items():
+        known = "" if gait is UNKNOWN_GAIT else ", ".join(movement_names(gait.movements))
+        print(f"{name:<{width}}  {known}".rstrip())
+
+
+def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:
+    """Captures the own style from the controller whose weights lie in a folder (None: the shipped one), and writes it and what
+    depends on it into the folder `out` (None: the package's own styles). A sentence that says what was written."""
+    import torch
+
+    from controller import weights
+    from controller.runtime import PhaseFunctionedController
+    from stylizer import own_style, recapture
+    from stylizer.bank import BUNDLED
+    torch.set_num_threads(1)  # as in a session, whose motion it is to be
+    torch.set_flush_denormal(True)
+    out, folder = out or BUNDLED, weights_folder or weights.FOLDER
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"cannot write styles into {out}: it is not a folder")
+    network, fingerprint = weights.load(folder=folder), weights.fingerprint(folder=folder)
+    motion = own_style.capture_motion(PhaseFunctionedController(network, fingerprint), fingerprint)
+    files = recapture.rebuild(motion, out)
+    return (f"captured the own style from the controller in {folder}: wrote {len(files)} style files into {out}, "
+            "which belong with its weights")

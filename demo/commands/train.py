@@ -4,6 +4,7 @@ import argparse
 import importlib
 from pathlib import Path
 
+from demo.commands import styles
 from demo.commands.bench import positive
 
 HELP = "train a model on a folder of BVH files"
@@ -52,5 +53,8 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError("training stops after some minutes or after some steps: leave --minutes or --steps out")
     if args.minutes is not None:
         chosen["minutes"] = args.minutes
-    print(f"wrote {importlib.import_module(f'{args.model}.train').train(args.data, out, resume=args.resume, **chosen)}")
+    weights = importlib.import_module(f"{args.model}.train").train(args.data, out, resume=args.resume, **chosen)
+    print(f"wrote {weights}", flush=True)
+    if args.model == "controller":
+        print(styles.capture(out / "styles", out))
     return 0

@@ -10,6 +10,7 @@ from demo.window import NoDisplay, NoGL, Window, open_window
 from sim import rotations as rot
 from sim.command import Command
 from sim.kinematics import to_global
+from sim.pace import OWN_PACE, Pace
 from sim.pose import Pose
 from sim.session import Session
 from sim.skeleton import CONTACT_JOINTS, INDEX, JOINT_COUNT, PARTS, REST_HIPS_HEIGHT
@@ -29,7 +30,7 @@ class Walker:
     def restart(self) -> None:
         self.position, self.velocity, self.facing, self.phase = np.zeros(3), np.zeros(2), 0.0, 0.0
 
-    def step(self, command: Command) -> Pose:
+    def step(self, command: Command, pace: Pace = OWN_PACE) -> Pose:
         self.velocity = self.velocity + (command.desired_velocity - self.velocity) * 0.12
         speed = float(np.linalg.norm(self.velocity))
         self.position = self.position + np.array([self.velocity[0], 0, self.velocity[1]]) * DT
@@ -75,6 +76,12 @@ class Bender:
             bend = rot.from_axis_angle(X, np.array(BENDS[name] * strength * 0.5))
             local[joints] = rot.multiply(local[joints], np.tile(bend, (len(joints), 1)))
         return neutral.with_body(neutral.hips, to_global(local))
+
+    def leg_strengths(self) -> np.ndarray:
+        return np.zeros(2)
+
+    def pace(self, gaits) -> tuple[np.ndarray, np.ndarray]:
+        return np.ones(()), np.ones(())
 
     def restart(self) -> None:
         pass

@@ -89,6 +89,15 @@ def test_a_mistake_is_one_line_and_status_2(line, folder, fake_models, capsys):
     assert out == "" and sorted(folder.rglob("*")) == before, "nothing half is left"
 
 
+@pytest.mark.parametrize("line", ["replay good.jsonl --headless", "bench --seconds 1"])
+def test_an_own_style_of_another_controller_is_refused(line, folder, monkeypatch, capsys):
+    monkeypatch.setattr("controller.weights.fingerprint", lambda *_, **__: "another")
+    assert cli.main(line.split()) == 2
+    out, err = capsys.readouterr()
+    assert err.startswith("patchwalk: the own style was captured from another controller") and err.count("\n") == 1
+    assert "patchwalk styles capture" in err and out == ""
+
+
 def test_a_failing_replay_keeps_the_older_file(folder, fake_models, monkeypatch):
     Path("out.npz").write_text("precious")
     monkeypatch.setattr("sim.pose_file.arrays", lambda frames: 1 / 0)

@@ -2,12 +2,14 @@
 
 import shutil
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pygame
 import pytest
 
+from demo.dropped import PATIENCE, Dropped, shown
 from demo.inset import SECONDS, SIDES, Inset
 from demo.live import Live
 from sim import bvh
@@ -37,10 +39,17 @@ def live(screen, bundled, tmp_path) -> Live:
     return Live(Session(Walker(), stylizer), stylizer.styles, screen, clock=Clock())
 
 
+BEGIN, COMPLETE = (pygame.event.Event(kind) for kind in (pygame.DROPBEGIN, pygame.DROPCOMPLETE))
+
+
+def file(path: Path) -> pygame.event.Event:
+    return pygame.event.Event(pygame.DROPFILE, file=str(path))
+
+
 def drop(live: Live, *paths: Path) -> float:
-    """Drops files and runs until something came of all of them; the seconds that took."""
-    for path in paths:
-        pygame.event.post(pygame.event.Event(pygame.DROPFILE, file=str(path)))
+    """Drops files together and runs until something came of them; the seconds that took."""
+    for event in (BEGIN, *map(file, paths), COMPLETE):
+        pygame.event.post(event)
     start = time.perf_counter()
     run(live, 2)
     while live.dropped._waiting and time.perf_counter() < start + 10 * WITHIN:
@@ -107,8 +116,67 @@ def test_the_inset_plays_a_short_clip_again_and_follows_the_window(screen):
     assert not inset.playing
 
 
+def test_files_dropped_together_are_one_style_that_knows_the_movements_of_all(live, limp, tmp_path):
+    walk = walking_clip(300)
+    bvh.write(tmp_path / "Hurry.bvh", replace(walk, hips=walk.hips * [1, 1, 2.2]))
+    drop(live, limp, tmp_path / "Hurry.bvh")
+    assert live.choice.name == "My-limp" and "Hurry" not in live.choice.styles
+    assert live.session.stylizer.bank["My-limp"].gait.movements == ("walk", "run")
+    assert any("learning My limp.bvh and Hurry.bvh" in text for text in said(live))
+    assert any(text.startswith("learned “My-limp” (walk, run): worn by whole body") for text in said(live))
+
+
+def test_one_that_cannot_be_used_refuses_all_that_were_dropped_with_it(live, limp, tmp_path):
+    for broken in ("notes.txt", "empty.bvh"):
+        (tmp_path / broken).write_text("")
+        drop(live, limp, tmp_path / broken)
+        assert said(live)[-1].startswith(f"{broken} ") and live.choice.style == {} and not (tmp_path / "user").exists()
+
+
+class Learner:
+    """A stylizer that remembers what it was given to learn."""
+
+    def __init__(self) -> None:
+        self.given: list[str] = []
+
+    def learn(self, *paths: Path):
+        self.given.append(" ".join(path.stem for path in paths))
+        raise ValueError("too short")
+
+
+A, B, C = (file(Path(f"{letter}.bvh")) for letter in "abc")
+OTHER = pygame.event.Event(pygame.WINDOWEXPOSED)
+
+
+@pytest.mark.parametrize("turns, learned", [
+    ([[BEGIN, A, B, COMPLETE]], ["a b"]),
+    ([[BEGIN, A], [], [B, OTHER], [COMPLETE]], ["a b"]),
+    ([[BEGIN, A, COMPLETE, BEGIN, B, C, COMPLETE]], ["a", "b c"]),
+    ([[A, OTHER, B], [C]], ["a b", "c"]),
+    ([[BEGIN, A, B], *[[]] * PATIENCE, [C]], ["a b", "c"]),
+    ([[BEGIN, A, B], [BEGIN, C, COMPLETE]], ["a b", "c"]),
+    ([[BEGIN, COMPLETE], [OTHER]], []),
+], ids=["at once", "in several turns", "two drops", "no begin, no end", "no end", "no end and another", "nothing"])
+def test_what_belongs_together_is_what_was_dropped_together(turns, learned):
+    learner = Learner()
+    dropped = Dropped(lambda: learner)
+    taken = [" ".join(path.stem for path in paths) for events in turns for paths in dropped.take(events)]
+    results = [waiting.result() for waiting in dropped._waiting]
+    assert taken == learner.given == learned and len(dropped.finished()) == len(results) == len(learned)
+
+
+def test_a_drop_waits_for_its_end():
+    dropped = Dropped(Learner)
+    assert dropped.take([BEGIN, A]) == dropped.take([]) == [] and dropped.take([COMPLETE]) == [[Path("a.bvh")]]
+
+
+def test_many_files_are_named_shortly():
+    assert shown([Path("x/a.bvh"), *[Path("b.bvh")] * 7]) == "a.bvh and 7 more files"
+
+
 def test_the_same_file_again_gets_another_name(live, limp, tmp_path):
-    drop(live, limp, limp)
+    drop(live, limp)
+    drop(live, limp)
     assert {"My-limp", "My-limp-2"} <= set(live.choice.styles) and live.choice.name == "My-limp-2"
     assert len(list((tmp_path / "user").iterdir())) == 2
 

@@ -1,6 +1,7 @@
 """The live loop, driven by synthetic SDL events and a clock of its own, without a screen."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pygame
@@ -9,6 +10,7 @@ import pytest
 from demo import panels, taking
 from demo.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
 from demo.style_choice import StyleChoice
+from demo.stylizers import Stylizers
 from sim import recording
 from tests.demo.conftest import SIZE
 from tests.demo.fakes import BENDS, Bender, fake_session, key
@@ -101,14 +103,15 @@ def test_closing_the_window_leaves(screen):
 
 
 def test_a_recording_holds_the_commands_that_were_stepped(screen):
-    script = {5: [key("r")], 10: [key("d")], 20: [key("1"), key("]")], 30: [key("w")], 40: [key("r")]}
+    script = {5: [key("r")], 10: [key("d")], 20: [key("1"), key("]")], 25: [key("i")], 30: [key("w")], 40: [key("r")]}
     live, commands = play(screen, script, seconds=1)
     (path,) = live.files
     assert path.parent == Path.cwd() and path.suffix == ".jsonl" and live.recorder is None
     recorded = list(recording.read(path))
     start = next(i for i in range(len(commands)) if commands[i:i + len(recorded)] == recorded)
     assert len(recorded) == 35 and start in (5, 6)
-    assert recorded[-1].style == {"left_leg": ("bent", 1.0)}
+    assert recorded[-1].style == {"left_leg": ("bent", 1.0)} and recorded[0].pace and not recorded[-1].pace
+    assert '"pace": true' in path.read_text().splitlines()[0], "the header says who sets the pace"
 
 
 def test_a_recording_ends_when_the_window_is_closed(screen):
@@ -119,7 +122,7 @@ def test_a_recording_ends_when_the_window_is_closed(screen):
 
 
 def test_a_recording_that_cannot_be_written_is_said_on_screen(screen):
-    def refuse(path, stylizer):
+    def refuse(path, stylizer, pace):
         raise PermissionError(13, "Permission denied", str(path))
 
     live, _ = play(screen, {3: [key("r")]}, seconds=0.2, recorder_factory=refuse)
@@ -210,6 +213,23 @@ def test_another_stylizer_is_worn_where_it_has_the_style_and_chance_is_drawn_ane
     assert session.stylizer is other and other.draws == 1
     assert live.choice.styles == other.styles and "left_leg" in live.choice.style
     assert any("stylizer: other" in text for _, text, _ in live.toasts)
+
+
+@pytest.mark.parametrize("own_of", ["this one", "another", None])
+def test_a_stylizer_for_another_controller_is_not_taken(monkeypatch, own_of):
+    session = fake_session()
+    session.controller.fingerprint = "this one"
+    session.stylizer.bank = SimpleNamespace(name="slim")
+    other = SimpleNamespace(own_of=own_of, take_over=lambda before: None)
+    monkeypatch.setattr("stylizer.catalogue.names", lambda: ("slim", "other"))
+    monkeypatch.setattr("stylizer.catalogue.from_pretrained", lambda name: other)
+    stylizers, before = Stylizers(session), session.stylizer
+    if own_of == "another":
+        with pytest.raises(ValueError, match="captured from another controller"):
+            stylizers.next()
+        assert session.stylizer is before
+    else:
+        assert stylizers.next() == "other" and session.stylizer is other
 
 
 def test_a_recording_keeps_its_stylizer(screen, tmp_path, monkeypatch):

@@ -1,6 +1,6 @@
 """Taking the motion away from the window: recordings that replay to equal poses, and F9's export."""
 
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,14 +38,20 @@ def test_a_recording_replays_to_equal_poses(screen):
     was looked at meanwhile."""
     session = assemble.build_session()
     frames = shown_since_restart(session)
-    live, _ = play(screen, {0: [key("w")], 5: [key("1"), key("]")], 20: [key("d"), key("left shift")],
-                            40: [key("r")], 60: [key("3"), key("]"), key("a")], 75: [key("q"), key("=")],
+    live, _ = play(screen, {0: [key("w")], 5: [key("6"), key("]")], 20: [key("d"), key("left shift")],
+                            40: [key("r")], 60: [key("3"), key("]"), key("a")], 75: [key("q"), key("=")], 80: [key("i")],
                             85: [key("t"), key("o"), key("h"), key("p"), key("k"), key("g")], 90: [key("backspace")],
                             95: [key("v"), key("b"), key("]")], 120: [key("r")]}, 2.2, session, session.stylizer.styles)
     recorded = recording.read(live.files[0])
     assert 75 < len(recorded) < len(frames) and len(recorded.styles) > 2
     assert any(len(worn) == 4 for command in recorded for worn in command.style.values()), "blends are in it"
     assert list(recorded)[0].style, "styles worn are kept, and stand in the first line"
+    paces = [command.pace for command in recorded]
+    paced = paces.index(False)
+    assert paces == [True] * paced + [False] * (len(recorded) - paced), "and who sets the pace, until I was pressed"
+    plain = assemble.build_session()
+    unpaced = [plain.step(replace(command, pace=False)).styled.root_position for command in list(recorded)[:paced]]
+    assert np.abs(unpaced[-1] - frames[paced - 1].styled.root_position).max() > 0.01, "which makes a difference here"
     assert np.abs(frames[0].styled.root_position).max() < 0.05, "back at the start point"
     again = assemble.build_session()
     for command, frame in zip(recorded, frames):

@@ -163,6 +163,17 @@ def test_two_styles_are_blended_on_a_part(player):
     assert player.style["left_arm"][:3] == ("marching", 1.0, "flapping")
 
 
+def test_styled_legs_set_the_pace_until_the_stick_alone_does(player):
+    assert player.commands[-1].pace is True
+    player.press("i")
+    assert player.commands[-1].pace is False and player.live.toasts[-1][1] == "the stick sets the pace"
+    assert not actions.is_on(player.live, "pace")
+    player.press("m", "right")
+    player.click("pace")
+    assert player.commands[-1].pace is True and player.live.toasts[-1][1] == "legs set the pace"
+    assert actions.is_on(player.live, "pace")
+
+
 def test_neutral_while_a_key_or_the_button_is_held(player):
     player.press("]")
     player.post(key("space"))
@@ -343,12 +354,12 @@ def test_it_plays_by_itself_until_somebody_touches_a_control(window, event):
     recorded = [Command((1.0, 0.0), style={"spine": ("bent", 1.0)})] * 10
     player = Player(window, attract=recorded)
     player.post(frames=24)
-    assert player.commands == recorded * 2 + recorded[:len(player.commands) - 20], "over and over"
+    assert player.commands == recorded * 2 + recorded[:len(player.commands) - 20], "over and over, at its own pace"
     assert not player.live.devices.pointer.regions or all(not region.action for region in player.live.devices.pointer.regions)
     player.post(mouse(pygame.MOUSEMOTION, (400, 300), rel=(1, 1), buttons=(0, 0, 0)))
     assert player.live.playing is not None, "a mouse that is only moved takes nothing over"
     player.post(event())
-    assert player.live.playing is None and player.commands[-1].style == {}
+    assert player.live.playing is None and player.commands[-1].style == {} and player.commands[-1].pace
     player.region("diagram")
 
 

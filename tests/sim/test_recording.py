@@ -15,6 +15,7 @@ EXAMPLE = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
 {"frame": 300, "move": [1.0, 0.0], "face": [0.0, 1.0], "gait": "run"}
 {"frame": 600, "end": true}
 """
+START = {"frame": 0}
 BLEND = {"spine": ("old", 0.9, "proud", 1 / 3)}
 COMMANDS = [Command((0.1 + 0.2, -1 / 3), (1e-3, 0.9), "run", {"spine": ("old", 1 / 7)})] * 3 + [Command(style=BLEND)] * 2 \
     + [Command()] * 200 + [Command(style={"left_arm": ("proud", strength)}) for strength in (1.5, 1.5, 0.0)]
@@ -56,6 +57,62 @@ def test_a_recording_says_which_stylizer_it_was_made_with(tmp_path, write):
         assert read(tmp_path / f"{name}.jsonl").stylizer == name
     with pytest.raises(ValueError, match="line 1: stylizer is 7, but must be a name"):
         read(write(EXAMPLE.replace('"version": 1', '"version": 1, "stylizer": 7')))
+
+
+@pytest.mark.parametrize("at_start", [False, True])
+def test_a_recording_says_who_sets_the_pace_and_when_that_changes(tmp_path, at_start):
+    commands = [Command((0.0, 1.0), pace=pace) for pace in [at_start] * 5 + [not at_start] * 4 + [at_start] * 3]
+    with Recorder(tmp_path / "r.jsonl", pace=at_start) as recorder:
+        for command in commands:
+            recorder.write(command)
+    assert list(read(recorder.path)) == commands
+    header, *written = [json.loads(line) for line in recorder.path.read_text().splitlines()]
+    assert header.get("pace", False) is at_start
+    assert [(line["frame"], line["pace"]) for line in written if "pace" in line] == [(5, not at_start), (9, at_start)]
+
+
+def test_a_recorder_that_was_told_another_pace_still_records_the_one_that_was(tmp_path):
+    for told in (False, True):
+        with Recorder(tmp_path / f"{told}.jsonl", pace=told) as recorder:
+            recorder.write(Command(pace=not told))
+        assert [command.pace for command in read(recorder.path)] == [not told]
+
+
+def test_without_pace_a_recording_is_what_it_always_was(tmp_path, write):
+    with Recorder(tmp_path / "r.jsonl") as recorder:
+        for command in read(write(EXAMPLE)):
+            assert command.pace is False
+            recorder.write(command)
+    whole = [line for line in recorder.path.read_text().splitlines() if len(json.loads(line)) > 1]
+    assert "\n".join(whole) + "\n" == EXAMPLE
+
+
+def test_pace_keeps_its_value_until_it_changes(write):
+    recording = read(write(lines(START, {"frame": 2, "gait": "run"}, {"frame": 3, "pace": False}, {"frame": 5, "end": True})
+                           .replace('"fps": 60', '"fps": 60, "pace": true')))
+    assert [command.pace for command in recording] == [True] * 3 + [False] * 2
+
+
+@pytest.mark.parametrize("text, number", [
+    (json.dumps(HEADER | {"pace": "yes"}) + "\n", 1), (json.dumps(HEADER | {"pace": None}) + "\n", 1),
+    (json.dumps(HEADER) + '\n{"frame": 0}\n{"frame": 1, "pace": 1}\n', 3)])
+def test_a_pace_is_true_or_false(write, text, number):
+    with pytest.raises(ValueError, match=f"line {number}: pace is .*, but must be true or false"):
+        read(write(text))
+
+
+def test_a_stick_that_rounding_made_too_long_is_scaled_and_no_longer_one(write):
+    def stick(move: list) -> tuple[float, float]:
+        (command,) = read(write(lines({"frame": 0, "move": move}, {"frame": 1, "end": True})))
+        return command.move
+
+    for move in ([1.001, 0.0], [0.6005, -0.8005], [-0.7071068, 0.7071068]):
+        x, z = stick(move)
+        assert np.hypot(x, z) == pytest.approx(1, abs=1e-12) and x * move[1] == pytest.approx(z * move[0], abs=1e-12)
+    full = (np.nextafter(1.0, 2.0), 0.0)
+    assert stick(list(full)) == full, "the last bit of what the window asked is kept, for equal poses"
+    with pytest.raises(ValueError, match=r"line 2: move is \[1.0011, 0.0\], longer than 1"):
+        stick([1.0011, 0.0])
 
 
 def test_random_sticks_round_trip(tmp_path):
@@ -119,7 +176,7 @@ def test_tolerates_what_other_programs_write(write):
     late = read(write(lines({"frame": 5, "move": [0, 1]}, {"frame": 7, "end": True})))
     assert list(late) == [Command()] * 5 + [Command((0.0, 1.0))] * 2
     diagonal = list(read(write(lines({"frame": 0, "move": [0.7071068, 0.7071068]}, {"frame": 1, "end": True}))))
-    assert np.hypot(*diagonal[0].move) == pytest.approx(1, abs=1e-6)
+    assert np.hypot(*diagonal[0].move) == pytest.approx(1, abs=1e-12)
 
 
 def test_groups_and_null(write):
@@ -128,9 +185,6 @@ def test_groups_and_null(write):
         {"frame": 2, "end": True}))))
     assert set(commands[0].style) == set(PART_NAMES)
     assert commands[1].style == {"left_arm": ("old", 1.0), "right_arm": ("old", 1.0), "spine": ("proud", 0.5)}
-
-
-START = {"frame": 0}
 
 
 @pytest.mark.parametrize("text, number, said", [

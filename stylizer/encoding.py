@@ -1,0 +1,75 @@
+"""From the windows of a style's clips to what the decoder needs to know of them."""
+
+from typing import Sequence
+
+import numpy as np
+import torch
+
+from sim.gait import cycle_at
+from stylizer.blend import joined
+from stylizer.configs import KEY_POSES
+from stylizer.layers import PartStyle
+from stylizer.motion_puzzle import MotionPuzzle
+from stylizer.style_clips import BODY, Gait, OwnMotion, StyleClips
+
+TOKEN_WINDOWS = 3  # windows of a clip that attention looks at: as many for every clip, so that different styles stack
+
+
+@torch.inference_mode()
+def encode(model: MotionPuzzle, windows: np.ndarray) -> dict[int, PartStyle]:
+    """The style of one clip from its windows (m, WINDOW, 21, 15), as a batch of 1: AdaIN scale and bias averaged over them, key
+    poses of all, attention tokens of TOKEN_WINDOWS."""
+    motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
+    style = model.encode_style(motion, motion.flatten(1, 2)[:, None])
+    seen = torch.from_numpy(np.linspace(0, len(windows) - 1, TOKEN_WINDOWS).round().astype(int))
+    return {level: PartStyle(s.scale.mean(1, keepdim=True), s.bias.mean(1, keepdim=True),
+                             *(tokens[:, seen % tokens.shape[1]].flatten(1, 2)[:, None] for tokens in (s.keys, s.values)))
+            for level, s in style.items()}
+
+
+def encode_clips(model: MotionPuzzle, windows: Sequence[np.ndarray], gait: Gait, own: OwnMotion | None = None) -> StyleClips:
+    """A style from the windows (m, WINDOW, 21, 15) of each of its clips.
+
+    own: the motion that will wear it, to whose strides its key poses are fitted; None for that motion's own style."""
+    clips = [encode(model, each) for each in windows]
+    if own and model.key_poses:
+        for place, (name, cycle) in enumerate(zip(gait.movements, gait.cycles)):
+            strides = _own_strides(model, name, own) if cycle.any() else None
+            if strides:
+                clips[place] = clips[place] | {KEY_POSES: _fitted_to(model, clips[place][KEY_POSES], cycle, *strides)}
+    return StyleClips(joined(clips), gait)
+
+
+def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> StyleClips:
+    """A style as `encode_clips` made it for one motion, for another one, `own`: its key poses are fitted to that one's strides."""
+    if not model.key_poses:
+        return style
+    key_poses = [PartStyle(*(t[:, place:place + 1] for t in style.features[KEY_POSES]))
+                 for place in range(len(style.gait.movements))]
+    for place, (name, cycle) in enumerate(zip(style.gait.movements, style.gait.cycles)):
+        strides = _own_strides(model, name, own) if cycle.any() else None
+        if strides:
+            key_poses[place] = _fitted_to(model, key_poses[place], cycle, *strides)
+    return StyleClips(style.features | joined([{KEY_POSES: each} for each in key_poses]), style.gait)
+
+
+@torch.inference_mode()
+def _own_strides(model: MotionPuzzle, movement: str, own: OwnMotion) -> tuple[torch.Tensor, np.ndarray] | None:
+    """Of the controller's motion of one kind: which moments (5, 1, T, moments) it passes through, and at which stride phases (T,).
+    None where it makes no strides of that kind."""
+    moments, phases = [], []
+    for name, windows, phase in zip(own.gait.movements, own.windows, own.phases):
+        if name.replace("_", " ").startswith(movement) and np.isfinite(phase).all():
+            motion = model.normalize(torch.from_numpy(windows.astype(np.float32))).flatten(1, 2)[:, None]
+            moments.append(model.key_poses.told(motion, encode(model, windows)[KEY_POSES]))
+            phases.append(phase.ravel())
+    return (torch.cat(moments, dim=2), np.concatenate(phases)) if moments else None
+
+
+@torch.inference_mode()
+def _fitted_to(model: MotionPuzzle, style: PartStyle, cycle: np.ndarray, moments: torch.Tensor, phases: np.ndarray) -> PartStyle:
+    """Key poses that give a style's cycle (coefficients, 21, 12) back where the controller's moments (5, 1, T, moments) pass at
+    stride phases (T,): in a live session the moments are the controller's, not the clip's own."""
+    poses = torch.from_numpy(cycle_at(cycle, phases).astype(np.float32))[None]
+    mean, deviation = (values[..., BODY] for values in (model.mean, model.deviation))
+    return model.key_poses.refit(style, moments, (poses.permute(2, 0, 1, 3) - mean) / deviation)
