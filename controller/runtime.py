@@ -79,8 +79,8 @@ class PhaseFunctionedController:
         return self.playback.pose()
 
     def _advance(self, command: Command | Commands, pace: Pace) -> Pose:
-        """The pose of the network's next frame: wish, network, then root and phase follow the answer; the whole trajectory is moved
-        along by what styled legs carry the root farther than its own step."""
+        """The pose of the network's next frame: wish, network, then root and phase follow the answer; the whole trajectory is
+        moved along by what styled legs carry the root farther than its own step."""
         answer = self._ask(self.trajectory.samples(command, pace.speed))
         root = self.footing.step(answer["root"], answer["positions"], answer["contacts"])
         before = self.trajectory.position

@@ -123,9 +123,17 @@ class Played:
 class Unstyled:
     """In the stylizer's place: the neutral pose passes through, as it does while no style is asked for."""
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping) -> Pose:
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping, travel: float = 1.0) -> Pose:
         """The neutral pose itself."""
         return neutral
+
+    def leg_strengths(self) -> np.ndarray:
+        """No leg is styled."""
+        return np.zeros(2)
+
+    def pace(self, gaits: Sequence[str]) -> tuple[float, float]:
+        """The controller's own."""
+        return 1.0, 1.0
 
     def restart(self) -> None:
         """Nothing is remembered."""

@@ -71,7 +71,7 @@ def live_window() -> None:
         session = assemble.build_session()
         clock = iter(np.arange(0, 1e6, 1 / FPS))
         live = Live(session, session.stylizer.styles, window, clock=lambda: next(clock), presets=Presets(Path(folder) / "none"))
-        live.devices.command = lambda yaw, facing, style, seconds: Command((0.45, 0.85), style=style)
+        live.devices.command = lambda yaw, facing, style, seconds: Command((0.45, 0.85), style=style, pace=True)
         live.view.camera.orbit(0.35, 0.02)
         for action in WINDOW_ACTIONS:
             live.do(action)
@@ -93,7 +93,7 @@ def _restyled_walk() -> Iterator[np.ndarray]:
         renderer = Renderer(window.size)
         for number in range(-GIF_START, GIF_FRAMES):
             style = {**style, **_style(GIF_STYLES.get(number, {}))}
-            frame = session.step(Command(GIF_WALK, style=style))
+            frame = session.step(Command(GIF_WALK, style=style, pace=True))
             view.follow(frame, 1 / FPS)
             if number >= 0 and number % video.GIF_STEP == 0:
                 view.panels = (panels.line(describe(style), "bottom"),)
@@ -105,7 +105,7 @@ def _restyled_walk() -> Iterator[np.ndarray]:
 def _walker(window: Window, wears: dict[str, str], stylizer: str | None = None) -> np.ndarray:
     session: Session = assemble.build_session(stylizer)
     for _ in range(STRIP_FRAMES):
-        frame = session.step(Command((0.0, 1.0), style=_style(wears)))
+        frame = session.step(Command((0.0, 1.0), style=_style(wears), pace=True))
     caption = ", ".join(f"{name} {group}" if len(wears) > 1 else name for group, name in wears.items()) or "neutral"
     caption = f"{stylizer}: {caption}" if stylizer else caption
     view = View(Camera(distance=STRIP_DISTANCE), arrow=False, contacts=False, panels=(panels.line(caption, "bottom"),))

@@ -64,16 +64,18 @@ class FootLock:
     def step(self, styled: Pose, neutral: Pose, legs: np.ndarray = NO_STYLE, pace: np.ndarray | bool = False) -> Pose:
         """The styled pose with its feet in order. Joints keep their bones' length; arms and spine ride along unturned.
 
-        legs: (..., 2) how far the left and the right leg are styled; pace: (...) whether they set the pace, so that the body goes as
-        far as they carry it; otherwise their strides are as long as the speed that is asked for needs, within MODERATE."""
+        legs: (..., 2) how far the left and the right leg are styled; pace: (...) whether they set the pace, so that the body goes
+        as far as they carry it; otherwise their strides are as long as the speed that is asked for needs, within MODERATE."""
         contacts, raised = self.settling.step(_by_foot(neutral.contacts), self.slip.vectors)
-        feet = _by_foot(styled.positions[..., CONTACT_JOINTS, :], 3) + self.stride.step(styled, neutral, np.minimum(legs.max(axis=-1), 1.0), pace)[..., None, :]
-        rise = self._rise(feet, neutral, contacts, np.minimum(legs, 1.0))
+        legs = np.minimum(legs, 1.0)
+        stride = self.stride.step(styled, neutral, legs.max(axis=-1), pace)
+        feet = _by_foot(styled.positions[..., CONTACT_JOINTS, :], 3) + stride[..., None, :]
+        rise = self._rise(feet, neutral, contacts, legs)
         feet = feet + rise[..., None, :]
         contacts = contacts * _on_floor(feet[..., 1], legs)
-        feet, turns = self.attitude.step(feet, contacts, np.minimum(legs, 1.0))
+        feet, turns = self.attitude.step(feet, contacts, legs)
         neutral_low = _by_foot(neutral.positions[..., CONTACT_JOINTS, 1]).min(axis=-1)
-        targets = feet[..., 0, :] + self._plant(feet, contacts, neutral_low + raised, np.minimum(legs, 1.0))
+        targets = feet[..., 0, :] + self._plant(feet, contacts, neutral_low + raised, legs)
         drop = self._drop(styled.positions[..., UP_LEG, :] + rise, targets)
         rotations = styled.rotations.copy()
         turned = rot.multiply(turns[..., None, :], _by_foot(rotations[..., CONTACT_JOINTS, :], 4))
@@ -82,9 +84,9 @@ class FootLock:
         return replace(reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.reshape(neutral.contacts.shape))
 
     def _rise(self, feet: np.ndarray, neutral: Pose, contacts: np.ndarray, legs: np.ndarray) -> np.ndarray:
-        """What the body rises by (..., 1, 3) so that it stands on the feet that carry it, ankles and toes (..., 2, 2, 3) with their
-        contacts (..., 2, 2): the legs keep their bend, and the hips go up and down as the styled legs carry them. Legs without a
-        style, strengths (..., 2), leave it where the neutral one is."""
+        """What the body rises by (..., 1, 3) so that it stands on the feet that carry it, ankles and toes (..., 2, 2, 3) with
+        their contacts (..., 2, 2): the legs keep their bend, and the hips go up and down as the styled legs carry them. Legs
+        without a style, strengths (..., 2), leave it where the neutral one is."""
         bearing = smooth_step(contacts.max(axis=-1), LIFTED, PLANTED)
         neutral_low = _by_foot(neutral.positions[..., CONTACT_JOINTS, 1]).min(axis=-1)
         error = neutral_low + legs * (TOE_HEIGHT - neutral_low) - feet[..., 1].min(axis=-1)
@@ -125,7 +127,8 @@ class FootLock:
 
 
 class StrideScale:
-    """Feet that stride with the neutral ones, whose planted feet stand still, as far as the body goes, about the style's own stance.
+    """Feet that stride with the neutral ones, whose planted feet stand still, as far as the body goes, about the style's own
+    stance.
 
     How far the styled legs would carry the body, `carry`, is how long their strides are beside the neutral ones: the slope of the
     styled feet's way forwards over the neutral feet's, since both step together."""
@@ -148,7 +151,8 @@ class StrideScale:
         self._velocity = self._velocity + (moved / DT - self._velocity) * (1 - decay(WAY_HALFLIFE, DT))
         speed = rot.length(self._velocity)
         way = self._velocity / np.maximum(speed, 1e-6)
-        feet = np.stack([neutral.to_character(pose.positions[..., FOOT, :] - root[..., None, :]) for pose in (styled, neutral)], -1)
+        feet = np.stack([neutral.to_character(pose.positions[..., FOOT, :] - root[..., None, :])
+                         for pose in (styled, neutral)], axis=-1)
         along = np.vecdot(feet, way[..., None, :, None], axis=-2)  # (..., 2 feet, 2): styled, neutral
         self._mean = self._mean + (along - self._mean) * (1 - decay(STANCE_HALFLIFE, DT))
         swing = along - self._mean
@@ -229,7 +233,7 @@ def _by_foot(values: np.ndarray, size: int | None = None) -> np.ndarray:
 
 
 def _on_floor(heights: np.ndarray, legs: np.ndarray) -> np.ndarray:
-    """How far (..., 2, 2) ankles and toes at heights (..., 2, 2) may be on the floor at all: contacts are the neutral feet's, and a
-    styled foot, of legs styled as far as (..., 2), may be lifted where the neutral one stands."""
+    """How far (..., 2, 2) ankles and toes at heights (..., 2, 2) may be on the floor at all: contacts are the neutral feet's, and
+    a styled foot, of legs styled as far as (..., 2), may be lifted where the neutral one stands."""
     lifted = smooth_step(heights - FLAT_HEIGHTS, *OFF_FLOOR)
-    return 1 - np.minimum(legs, 1.0)[..., None] * lifted
+    return 1 - legs[..., None] * lifted

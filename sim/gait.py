@@ -90,8 +90,8 @@ def movement_of(root_velocity: np.ndarray, airborne: float = 0.0, strides: float
 
 
 def fit_cycle(signal: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    """What of a signal (frames, ...) repeats with the stride phase (frames,): Fourier coefficients (1 + 2 HARMONICS, ...), the mean
-    first, by least squares. Harmonics that a short motion cannot tell are 0."""
+    """What of a signal (frames, ...) repeats with the stride phase (frames,): Fourier coefficients (1 + 2 HARMONICS, ...), the
+    mean first, by least squares. Harmonics that a short motion cannot tell are 0."""
     strides = (phase[-1] - phase[0]) / (2 * np.pi)
     harmonics = HARMONICS if strides >= SURE_STRIDES else FEW_HARMONICS
     flat = signal.reshape(len(signal), -1)

@@ -13,8 +13,8 @@ HALFLIFE = 0.25  # seconds in which half of the way to another pace is gone
 class Pace(NamedTuple):
     """Numbers, or arrays (...) of a crowd.
 
-    speed: what the stick's velocity is multiplied by; rate: the controller's playback rate, 1.2 for steps that are a fifth quicker;
-    stride: what the root's step is multiplied by, so that it goes as far as the styled legs carry it."""
+    speed: what the stick's velocity is multiplied by; rate: the controller's playback rate, 1.2 for steps that are a fifth
+    quicker; stride: what the root's step is multiplied by, so that it goes as far as the styled legs carry it."""
 
     speed: np.ndarray | float = 1.0
     rate: np.ndarray | float = 1.0

@@ -94,6 +94,21 @@ def to_rotation_vector(q: np.ndarray) -> np.ndarray:
     return q[..., 1:] * np.where(sine < 1e-8, 2.0, angle / np.maximum(sine, 1e-8))
 
 
+def nearest_turn(vector: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Rotation vectors (..., 3), told the other way round the circle where that is nearer to the ones before them: a rotation of
+    about half a circle must not change its direction from one frame to the next."""
+    other = vector * (1 - 2 * np.pi / np.maximum(length(vector), 1e-9))
+    return np.where(length(other - before) < length(vector - before), other, vector)
+
+
+def unwrap(vectors: np.ndarray) -> np.ndarray:
+    """Rotation vectors (frames, ..., 3), each told the way round the circle that is nearest to the frame before it."""
+    result = vectors.copy()
+    for frame in range(1, len(result)):
+        result[frame] = nearest_turn(vectors[frame], result[frame - 1])
+    return result
+
+
 def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The shortest rotation that turns direction a (..., 3) onto direction b (..., 3).
 

@@ -30,8 +30,10 @@ class Controller(Protocol):
 class Stylizer(Protocol):
     """Restyles the newest frame of a half-second window."""
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
-        """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn).
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+             travel: np.ndarray | float = 1.0) -> Pose:
+        """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn); travel: how many times as
+        fast as the window says the body really goes, carried by styled legs.
         Raises ValueError for a style that the bank does not hold."""
 
     def leg_strengths(self) -> np.ndarray:
@@ -94,14 +96,14 @@ class Session:
                 self.history.push(neutral, pace)
                 window = self.history.window()
             with stage("stylizer"):
-                styled = self.stylizer.step(window, neutral, command.style)
+                styled = self.stylizer.step(window, neutral, command.style, pace.travel)
             with stage("foot_lock"):
                 styled = self.foot_lock.step(styled, neutral, self.stylizer.leg_strengths(), command.pace)
         return Frame(command, neutral, styled)
 
     def _pace(self, command: Command | Commands) -> Pace:
-        """The pace of this frame. The root goes as far as the strides of the last frame carry it; where the command leaves the pace
-        to the styles of the legs, at their speed and playback rate, and otherwise at the speed that is asked for."""
+        """The pace of this frame. The root goes as far as the strides of the last frame carry it; where the command leaves the
+        pace to the styles of the legs, at their speed and playback rate, and otherwise at the speed that is asked for."""
         stride = self.foot_lock.stride.scale
         speed, rate = self.stylizer.pace(command.gaits)
         pace = Pace(*self.pace.step(np.where(command.pace, speed, 1 / stride), np.where(command.pace, rate, 1.0)), stride)

@@ -145,7 +145,8 @@ class Bank:
         gait = kept_gait(header, tensors)
         if header["format"] != FORMAT or any(header.get(key) != value for key, value in self._made_for.items()):
             if "windows" not in tensors or path.stem == OWN:
-                raise ValueError(f"{path} was computed for other weights of stylizer or controller: reinstall Patchwalk or train again")
+                raise ValueError(f"{path} was computed for other weights of stylizer or controller: "
+                                 "reinstall Patchwalk or train again")
             windows = kept_windows(tensors)
             kept = {key: header[key] for key in ("licence", "source")}
             write(path, header["name"], encode_clips(self.model, windows, gait, self.own_motion), kept | self._made_for, windows)

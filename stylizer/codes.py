@@ -7,7 +7,6 @@ from typing import Sequence
 import numpy as np
 import torch
 from safetensors.torch import save_file
-from torch import Tensor
 
 from sim.atomic import replacing
 from sim.clip import FPS
@@ -26,7 +25,8 @@ from stylizer.whole_body import WholeBody, velocity_factor
 FOLDER = "codes"  # in a folder of styles: one file a network, all its codes in it
 POINTS = "key_points"  # in the user's folder: styles read from video
 SEEN = 4 / np.pi  # how much quicker a joint is than its picture, on the average over the views from all around
-UNKNOWN_GAIT = Gait(("walk",), np.zeros((1, 3)), np.zeros(1), np.zeros(1), no_cycles(1), None)  # of a style that no captured clip shows
+# Of a style that no captured clip shows.
+UNKNOWN_GAIT = Gait(("walk",), np.zeros((1, 3)), np.zeros(1), np.zeros(1), no_cycles(1), None)
 DRAWN = "drawn"  # what the names of styles drawn by chance begin with
 
 
@@ -54,7 +54,8 @@ def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> 
     for name, style in styles.items():
         tensors |= gait_tensors(style.gait, f"{name}.")
     header = {"weights": fingerprint, "controller": own.controller, "licence": "; ".join(sorted(licences)),
-              "speeds": json.dumps(speeds), "movements": json.dumps({name: style.gait.movements for name, style in styles.items()})}
+              "speeds": json.dumps(speeds),
+              "movements": json.dumps({name: style.gait.movements for name, style in styles.items()})}
     with replacing(path) as temporary:
         save_file(tensors, temporary, header)
     return list(styles)

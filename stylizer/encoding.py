@@ -41,7 +41,8 @@ def encode_clips(model: MotionPuzzle, windows: Sequence[np.ndarray], gait: Gait,
 
 
 def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> StyleClips:
-    """A style as `encode_clips` made it for one motion, for another one, `own`: its key poses are fitted to that one's strides."""
+    """A style as `encode_clips` made it for one motion, for another one, `own`: its key poses are fitted to that one's
+    strides."""
     if not model.key_poses:
         return style
     key_poses = [PartStyle(*(t[:, place:place + 1] for t in style.features[KEY_POSES]))
@@ -55,8 +56,8 @@ def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> Style
 
 @torch.inference_mode()
 def _own_strides(model: MotionPuzzle, movement: str, own: OwnMotion) -> tuple[torch.Tensor, np.ndarray] | None:
-    """Of the controller's motion of one kind: which moments (5, 1, T, moments) it passes through, and at which stride phases (T,).
-    None where it makes no strides of that kind."""
+    """Of the controller's motion of one kind: which moments (5, 1, T, moments) it passes through, and at which stride phases
+    (T,). None where it makes no strides of that kind."""
     moments, phases = [], []
     for name, windows, phase in zip(own.gait.movements, own.windows, own.phases):
         if name.replace("_", " ").startswith(movement) and np.isfinite(phase).all():

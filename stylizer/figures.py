@@ -7,7 +7,7 @@ from typing import Callable, Sequence
 import numpy as np
 
 from sim.clip import FPS, Clip, root_frame
-from sim.features import clip_features
+from sim.features import LAYOUT, clip_features
 from sim.measures import foot_skate
 from sim.ring_buffer import SPAN
 from sim.skeleton import PART_NAMES, TOES
@@ -84,14 +84,16 @@ class Further:
         return measures.part_gaps(neutral, neutral, styled)[measures.GAP]
 
     def reconstruction(self) -> dict:
-        """Mean joint error in centimetres of clips restyled in their own style, offline and in the live stream's last frames."""
+        """Mean joint error in centimetres, in the character's own frame, of clips restyled in their own style, offline and in the
+        live stream's last frames."""
         errors: dict = {"offline_cm": [], "live_cm": []}
         for take in [*self.neutral.values(), *self.styled][:REBUILT]:
             content = take.clip[:LONGEST]
             outputs = {"offline_cm": stylize(self.model, content, {part: Look(self.style(take)) for part in PART_NAMES}),
                        "live_cm": self._live(content, take, take, lambda _: PART_NAMES).styled}
             for mode, output in outputs.items():
-                errors[mode].append(measures.joint_error(output.positions()[SETTLED:], content.positions()[SETTLED:]))
+                errors[mode].append(measures.joint_error(*(clip_features(clip)[SETTLED:, :, LAYOUT["position"]]
+                                                           for clip in (output, content))))
         return {mode: CENTI * float(np.mean(values)) for mode, values in errors.items()}
 
     def strength_0(self) -> dict:

@@ -129,14 +129,16 @@ class KeyPoses(nn.Module):
         shift, gain = self.translation(code, here, way)
         return mean + shift, gain
 
-    def forward(self, told: Tensor, way: Tensor, style: PartStyle, own: PartStyle) -> Tensor:
+    def forward(self, told: Tensor, way: Tensor, style: PartStyle, own: PartStyle, own_way: Tensor | None = None) -> Tensor:
         """What is put on motion in its own style, going a way (B, 3), so that it wears another: told (5, B, T, moments) ->
         (21, B, T, 15).
 
         The style's mean posture for its own, and the style's movement, moment by moment, as far as its clip goes the same way
-        over the floor: a walk says little about the moments of a step back."""
+        over the floor: a walk says little about the moments of a step back. own_way: (B, 3) of the motion itself, where styled
+        legs carry the body another way than it goes."""
         trust = torch.exp(-((style.scale[..., self.fields.way] - way)[:, :, None].square() @ self.wariness()[:, None]))
-        (theirs, their_moves), (ours, our_moves) = (self._worn(told, way, clip) for clip in (style, own))
+        theirs, their_moves = self._worn(told, way, style)
+        ours, our_moves = self._worn(told, way if own_way is None else own_way, own)
         poses = ours + our_moves + (theirs - ours) + trust * (their_moves - our_moves)
         poses = self.parts.join(poses.unflatten(3, (-1, BODY.stop)).permute(0, 3, 1, 2, 4))
         return torch.cat([poses, torch.zeros_like(poses[..., :ROOT_SIZE])], dim=-1)

@@ -38,15 +38,17 @@ class LiveForm:
         return self._difference(*model.decoded(motion, content, [style, own], last=1))
 
     @torch.inference_mode()
-    def key_poses(self, poses: np.ndarray, ways: np.ndarray, style: Style, own: Style) -> np.ndarray:
-        """What key poses change in poses, features (batch, 21, 15), on mean ways over the floor (batch, 3); without them 0."""
+    def key_poses(self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style, own: Style) -> np.ndarray:
+        """What key poses change in poses, features (batch, 21, 15), of a body that goes mean ways over the floor (batch, 3), made
+        of motion that goes its own (batch, 3); without them 0."""
         key_poses, model = self.model.key_poses, self.model
         if not key_poses:
             return np.zeros(poses.shape)
         told = key_poses.told(model.normalize(torch.from_numpy(poses[:, None].astype(np.float32))), own[KEY_POSES])
         mean, deviation = (values[0, 0, 0, ROOT] for values in (model.mean, model.deviation))
-        way = (torch.from_numpy(ways.astype(np.float32)) - mean) / deviation
-        return self._difference(*(key_poses(told, way, look[KEY_POSES], own[KEY_POSES]) for look in (style, own)))
+        way, own_way = ((torch.from_numpy(each.astype(np.float32)) - mean) / deviation for each in (ways, own_ways))
+        return self._difference(*(key_poses(told, going, look[KEY_POSES], own[KEY_POSES], own_way)
+                                  for look, going in ((style, way), (own, own_way))))
 
     def _difference(self, styled: torch.Tensor, rebuilt: torch.Tensor) -> np.ndarray:
         """Of normalized motions (21, batch, 1, 15), as features (batch, 21, 15)."""
@@ -94,13 +96,13 @@ class LastSample:
         styled, rebuilt = x.reshape(len(looks), len(windows), *self.mean.shape)
         return ((styled - rebuilt) * self.deviation).astype(float)
 
-    def key_poses(self, poses: np.ndarray, ways: np.ndarray, style: Style, own: Style) -> np.ndarray:
+    def key_poses(self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style, own: Style) -> np.ndarray:
         """As LiveForm.key_poses."""
         change = np.zeros(poses.shape)
         if not self.moments:
             return change
         poses = ((poses - self.mean) / self.deviation).astype(np.float32)
-        ways = ((ways - self.mean[0, ROOT]) / self.deviation[0, ROOT]).astype(np.float32)
+        ways = ((np.array([ways, own_ways]) - self.mean[0, ROOT]) / self.deviation[0, ROOT]).astype(np.float32)
         change[..., BODY] = self.moments(poses, ways, *(self._seen(look)[KEY_POSES] for look in (style, own)))
         return change * self.deviation
 
@@ -159,15 +161,16 @@ class _KeyPoses:
         self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, moments)
 
     def __call__(self, poses: np.ndarray, ways: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
-        """By how much a look on normalized poses (batch, 21, 15) differs from their own: (batch, 21, 12)."""
+        """By how much a look on normalized poses (batch, 21, 15) differs from their own: (batch, 21, 12). ways: (2, batch, 3) of
+        the body and of the poses' own motion."""
         told, scale = self._told(poses, own)[:, :, None], np.array([look.scale, own.scale])
         mean, _, here, way, code = (scale[..., field] for field in self.fields)
-        ways = ways[:, None].repeat(len(PARTS), axis=1)
-        going = _leaky(self.going(np.concatenate([code, np.array([ways, ways])], axis=-1)))[..., None, :] @ self.sides
+        ways = ways[:, :, None].repeat(len(PARTS), axis=2)
+        going = _leaky(self.going(np.concatenate([code, ways], axis=-1)))[..., None, :] @ self.sides
         shift, gain = np.split(going[..., 0, :] - here, 2, axis=-1)
         moves = np.array([told @ clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own)])[..., 0, :]
         moves *= np.exp(np.minimum(np.maximum(gain, -MOST), MOST))
-        trust = np.exp(-(np.square(way[0] - ways) * self.wary).sum(axis=-1, keepdims=True))
+        trust = np.exp(-(np.square(way[0] - ways[0]) * self.wary).sum(axis=-1, keepdims=True))
         theirs, ours = mean + shift
         change = theirs - ours + trust * (moves[0] - moves[1])
         return change.reshape(len(poses), -1, BODY.stop)[:, self.joints]

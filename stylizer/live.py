@@ -94,20 +94,24 @@ class LiveStylizer:
         self.frame = 0
         self._strengths = np.zeros((*self._leading, len(PART_NAMES)))
         self._paces: dict[tuple[str, str], tuple[object, np.ndarray]] = {}  # by style and gait
-        self._decoded = np.zeros((2, 2, count, JOINT_COUNT, FEATURES))  # what the decoder changes: at its last evaluation, and now
+        # What the decoder changes: at its last evaluation, and now; of FIRST and OTHER.
+        self._decoded = np.zeros((2, 2, count, JOINT_COUNT, FEATURES))
         rows = *self._leading, JOINT_COUNT + 1, 3
         self._raw = np.zeros((2, *rows))  # the last deltas of FIRST and OTHER, unwrapped
         self._delta, self._rate = np.zeros((2, *rows))  # smoothed, and how fast it changes
         self._was_worn = np.zeros(rows[:-1], dtype=bool)
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+             travel: np.ndarray | float = 1.0) -> Pose:
         """window: features (..., 16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn), of a crowd one for
-        each. Raises ValueError for a style that the bank does not hold."""
+        each; travel: (...) how many times as fast as the window says the body really goes, for the styles are those of a body
+        that goes so fast. Raises ValueError for a style that the bank does not hold."""
         styles = style if self._leading else (style,)
         for name in {name for each in styles for worn in each.values() for name in names(worn)}:
             self.bank[name]
         switching = self._together(wearer.step(each) for wearer, each in zip(self.wearers, styles, strict=True))
         self._strengths = strengths = self._together(wearer.strengths for wearer in self.wearers)
+        self._travel = np.broadcast_to(travel, self._leading).reshape(-1)
         self.frame += 1
         if not strengths.any() and not self.inertializer.gap.any():
             self._was_worn[:] = False
@@ -119,7 +123,8 @@ class LiveStylizer:
         fresh = worn & (~self._was_worn | jumping)  # these have no past to be smooth with
         self._was_worn = worn
         delta = self._smoothed(self._deltas(window, fresh), fresh) * delta_weights(strengths)
-        turns, shift = self.inertializer.step(self._with_residual(rotations_of_delta(delta), strengths), delta[..., -1, :], jumping)
+        turns = self._with_residual(rotations_of_delta(delta), strengths)
+        turns, shift = self.inertializer.step(turns, delta[..., -1, :], jumping)
         return preserve_hands(apply_delta(neutral, turns, shift), neutral, strengths[..., ARM_PARTS])
 
     def leg_strengths(self) -> np.ndarray:
@@ -195,8 +200,8 @@ class LiveStylizer:
         return self._delta
 
     def _deltas(self, window: np.ndarray, fresh: np.ndarray) -> np.ndarray:
-        """The delta (..., 22, 3) that the styles ask for in this frame, where a part is blended with another style on its way from
-        the one to the other."""
+        """The delta (..., 22, 3) that the styles ask for in this frame, where a part is blended with another style on its way
+        from the one to the other."""
         windows = window.reshape(-1, *window.shape[-3:])
         self._evaluate_decoder(windows)
         count = len(windows)
@@ -246,7 +251,7 @@ class LiveStylizer:
         due = [one for one, wearer in enumerate(self.wearers) if wearer.due()]
         newest, now = self._decoded
         for one in due:
-            self.wearers[one].move(windows[one, :, 0, LAYOUT["root"]].mean(axis=0))
+            self.wearers[one].move(*self._root_velocities(windows[[one]], [one])[:, 0])
         for which in (FIRST, OTHER):
             ones = [one for one in due if which == FIRST or (self.BLENDS and any(self.wearers[one].shares))]
             if ones:
@@ -262,8 +267,8 @@ class LiveStylizer:
         return np.concatenate([evaluate(windows[group], group, which) for group in groups])
 
     def _content(self, windows: np.ndarray) -> np.ndarray:
-        """The pose, features (n, 21, 15), that is restyled: the one that is to come when the spring, which lags, has caught up, so
-        that a style's arm is forward when the neutral one is. A pose changes so steadily that its own velocity tells it."""
+        """The pose, features (n, 21, 15), that is restyled: the one that is to come when the spring, which lags, has caught up,
+        so that a style's arm is forward when the neutral one is. A pose changes so steadily that its own velocity tells it."""
         newest = windows[:, -1]
         return newest + lag(self.SMOOTHING) * FPS / STRIDE / STEADY * (newest - windows[:, -1 - STEADY])
 
@@ -273,8 +278,13 @@ class LiveStylizer:
 
     def _change(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """Likewise, what key poses change in `_content`."""
-        root_velocities = windows[:, :, 0, LAYOUT["root"]].mean(axis=1)
-        return self._network.key_poses(self._content(windows), root_velocities, *self._styles(ones, which))
+        return self._network.key_poses(self._content(windows), *self._root_velocities(windows, ones), *self._styles(ones, which))
+
+    def _root_velocities(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+        """(2, n, 3) of these characters' bodies, and of the neutral motion that they make it from."""
+        neutral = windows[:, :, 0, LAYOUT["root"]].mean(axis=1)
+        travel = self._travel[ones, None]
+        return np.array([neutral * np.concatenate([travel, travel, np.ones_like(travel)], axis=1), neutral])
 
     def _styles(self, ones: list[int], which: int) -> tuple[Style, Style]:
         """What these characters wear and their own style, each side by side along the batch."""

@@ -27,7 +27,16 @@ from stylizer.overlap import overlapped
 from stylizer.scaling import Scaled
 from stylizer.style_clips import SHORTEST, StyleClips, single
 from stylizer.style_clips import WINDOW as STYLE_WINDOW
-from stylizer.turns import ARM_PARTS, LEG_PARTS, apply_delta, delta_weights, pose_delta, preserve_hands, rotations_of_delta, unwrap_frames
+from stylizer.turns import (
+    ARM_PARTS,
+    LEG_PARTS,
+    apply_delta,
+    delta_weights,
+    pose_delta,
+    preserve_hands,
+    rotations_of_delta,
+    unwrap_frames,
+)
 from stylizer.whole_body import WholeBody, answers, joints_by_code, together
 
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one

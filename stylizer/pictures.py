@@ -17,8 +17,8 @@ from sim.retarget import load_clip
 from sim.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT, expand_part
 from stylizer import bundled, weights
 from stylizer.attention import attention_map
-from stylizer.encoding import encode
 from stylizer.blend import Style, for_batch
+from stylizer.encoding import encode
 from stylizer.layers import PartStyle
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.offline import Look, as_pose, clip_style, stylize
@@ -150,9 +150,9 @@ def attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip], par
                      textcoords="offset points")
     for place, poses in enumerate(matched):
         for shift, pose, color in zip((0.0, 0.9), poses, (SOURCE, TARGET)):
-            _figure(below, pose, 2.4 * place + shift, color, TOUCHED, {part})
+            draw_pose(below, pose, 2.4 * place + shift, color, TOUCHED, {part})
         below.annotate(f"{place + 1}: content, style", (2.4 * place + 0.45, -0.12), ha="center", fontsize=9)
-    _finish(below)
+    finish_axes(below)
     return figure
 
 
@@ -171,8 +171,8 @@ def _row(axes, clip: Clip, color: str, touched_color: str = "", touched: Sequenc
     first = min(int(START * len(clip)), max(0, len(clip) - int(span) - 1))
     frames = np.minimum(first + np.linspace(0, span, count).astype(int), len(clip) - 1)
     for place, pose in enumerate(_upright(clip)[frames]):
-        _figure(axes, pose, APART * place, color, touched_color, touched)
-    _finish(axes)
+        draw_pose(axes, pose, APART * place, color, touched_color, touched)
+    finish_axes(axes)
 
 
 def _upright(clip: Clip) -> np.ndarray:
@@ -181,7 +181,7 @@ def _upright(clip: Clip) -> np.ndarray:
     return rot.rotate(rot.from_yaw(-root.facing)[:, None], clip.positions() - root.positions[:, None])
 
 
-def _figure(axes, joints: np.ndarray, at: float, color: str, touched_color: str, touched: Sequence[str]) -> None:
+def draw_pose(axes, joints: np.ndarray, at: float, color: str, touched_color: str, touched: Sequence[str]) -> None:
     """One pose (21, 3), drawn as capsules `at` metres to the right; limbs on the far side are paler."""
     seen = rot.rotate(rot.from_yaw(VIEW + np.pi), joints)
     depth = seen[:, 2]
@@ -195,7 +195,7 @@ def _figure(axes, joints: np.ndarray, at: float, color: str, touched_color: str,
     axes.plot(at + seen[12, 0], seen[12, 1] + 0.1, "o", color=touched_color if "spine" in touched else color, markersize=7)
 
 
-def _finish(axes) -> None:
+def finish_axes(axes) -> None:
     axes.axhline(0, color="#c9d0d6", lw=0.8, zorder=0)
     axes.set(aspect="equal", ylim=(-0.2, 1.9), xticks=[], yticks=[])
     for spine in axes.spines.values():

@@ -1,6 +1,6 @@
 """Clips sent through the live path: a session whose controller plays them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Mapping, Sequence
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from sim.clip import FPS, Clip
 from sim.command import Command
 from sim.latency import Latency
+from sim.pace import OWN_PACE, Pace
 from sim.pose import Pose
 from sim.session import Session
 from sim.worn import Worn
@@ -52,17 +53,22 @@ def live(styles: Styles, content: Clip, worn: Callable[[int], Mapping[str, Worn]
 
 
 class _Player:
-    """A `sim.session.Controller` that gives a clip's frames, one after the other, whatever it is told."""
+    """A `sim.session.Controller` that gives a clip's frames, one after the other, whatever it is told; only how far its root goes
+    with each is as far as styled legs carry it."""
 
     def __init__(self, clip: Clip) -> None:
         self.poses = as_pose(clip)
         self.restart()
 
     def restart(self) -> None:
-        self.frames = iter(range(len(self.poses.hips)))
+        self.frame, self.shift = 0, np.zeros(3)
 
-    def step(self, command: Command) -> Pose:
-        return self.poses[next(self.frames)]
+    def step(self, command: Command, pace: Pace = OWN_PACE) -> Pose:
+        pose = self.poses[self.frame]
+        if self.frame:
+            self.shift = self.shift + (pace.stride - 1) * (pose.root_position - self.poses[self.frame - 1].root_position)
+        self.frame += 1
+        return replace(pose, root_position=pose.root_position + self.shift, hips=pose.hips + self.shift)
 
 
 class _Watched:
@@ -76,9 +82,15 @@ class _Watched:
         self.stylizer.restart()
         self.styled: list[Pose] = []
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn]) -> Pose:
-        self.styled.append(self.stylizer.step(window, neutral, style))
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn], travel: float = 1.0) -> Pose:
+        self.styled.append(self.stylizer.step(window, neutral, style, travel))
         return self.styled[-1]
+
+    def leg_strengths(self) -> np.ndarray:
+        return self.stylizer.leg_strengths()
+
+    def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        return self.stylizer.pace(gaits)
 
 
 def as_clip(frames: Sequence[Pose]) -> Clip:

@@ -20,15 +20,15 @@ JOINTS = np.flatnonzero((PART_OF_JOINT >= PART_NAMES.index("spine")) & (np.arang
 
 
 def stride_residual(features: np.ndarray) -> np.ndarray | None:
-    """A loop (T, 21, 3) at 30 Hz of rotation vectors in the character's frame, from features (frames, 21, 15) at 60 Hz: what turns
-    the movement that repeats with each stride into the captured one. None for a clip too short for a loop."""
+    """A loop (T, 21, 3) at 30 Hz of rotation vectors in the character's frame, from features (frames, 21, 15) at 60 Hz: what
+    turns the movement that repeats with each stride into the captured one. None for a clip too short for a loop."""
     if len(features) < SHORTEST_LOOP * FPS:
         return None
     axes = features[..., LAYOUT["rotation"]]
     locked = locked_part(axes, stride_phase(features))
     turns = rot.to_rotation_vector(rot.multiply(rot.from_6d(axes[:, JOINTS]), rot.inverse(rot.from_6d(locked[:, JOINTS]))))
     loop = np.zeros((len(features), JOINT_COUNT, 3))
-    loop[:, JOINTS] = turns
+    loop[:, JOINTS] = rot.unwrap(turns)
     from scipy.ndimage import gaussian_filter1d  # the live loop imports this file, and reads no clip
     return gaussian_filter1d(_closed(loop[::STRIDE][:round(LONGEST_LOOP * FPS / STRIDE)]), SMOOTHING, axis=0, mode="wrap")
 

@@ -37,8 +37,8 @@ LEAST_WEIGHT = 0.02  # a clip that would count less than this is left out
 class Movement(NamedTuple):
     """One kind of movement that a clip shows.
 
-    name: of sim.gait.MOVEMENTS; windows: features (m, WINDOW, 21, 15) at 30 Hz; features: (frames, 21, 15) at 60 Hz of the longest
-    stretch that the windows cover; seconds: where in the clip the windows lie, from and to."""
+    name: of sim.gait.MOVEMENTS; windows: features (m, WINDOW, 21, 15) at 30 Hz; features: (frames, 21, 15) at 60 Hz of the
+    longest stretch that the windows cover; seconds: where in the clip the windows lie, from and to."""
 
     name: str
     windows: np.ndarray
@@ -84,7 +84,8 @@ def _movement(features: np.ndarray, name: str, starts: np.ndarray) -> Movement:
     stretch = features[longest[0]:longest[-1] + SHORTEST]
     if name == "walk":
         name = movement_of(_root_velocity(stretch), airborne_share(stretch), cadence(stretch))
-    return Movement(name, features[chosen[:, None] + STRIDE * np.arange(WINDOW)], stretch, (float(starts[0] / FPS), float((starts[-1] + SHORTEST) / FPS)))
+    seconds = float(starts[0] / FPS), float((starts[-1] + SHORTEST) / FPS)
+    return Movement(name, features[chosen[:, None] + STRIDE * np.arange(WINDOW)], stretch, seconds)
 
 
 def _root_velocity(features: np.ndarray) -> np.ndarray:
@@ -129,11 +130,11 @@ class Gait(NamedTuple):
 
 
     def pace_of(self, movement: str, own: "Gait") -> tuple[float, float]:
-        """How this style walks or runs, for a controller whose own gait is `own`: the speed in metres a second that is to be asked
-        of the controller, and its playback rate.
+        """How this style walks or runs, for a controller whose own gait is `own`: the speed in metres a second that is to be
+        asked of the controller, and its playback rate.
 
-        The controller goes at the speed where its stride is as long as the style's, played slower or quicker to the style's cadence.
-        Raises KeyError where no clip shows that movement, or none that makes strides."""
+        The controller goes at the speed where its stride is as long as the style's, played slower or quicker to the style's
+        cadence. Raises KeyError where no clip shows that movement, or none that makes strides."""
         clip = next((i for i, name in enumerate(self.movements) if name == movement and self.cadences[i] > 0), None)
         if clip is None:
             raise KeyError(movement)
@@ -169,8 +170,8 @@ def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 class OwnMotion(NamedTuple):
-    """The controller's own motion: of each movement windows (m, WINDOW, 21, 15) and the stride phase (m, WINDOW) of their samples,
-    NaN where it makes no strides; what is known of its gait; and the fingerprint of the controller's weights."""
+    """The controller's own motion: of each movement windows (m, WINDOW, 21, 15) and the stride phase (m, WINDOW) of their
+    samples, NaN where it makes no strides; what is known of its gait; and the fingerprint of the controller's weights."""
 
     windows: list[np.ndarray]
     phases: list[np.ndarray]

@@ -39,20 +39,14 @@ def delta_weights(strengths: np.ndarray) -> np.ndarray:
 
 
 def unwrap(delta: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """The same delta (..., 22, 3), rotations told the other way round the circle where that is nearer to the delta before it: a
-    rotation of about half a circle must not change its direction from one frame to the next."""
-    turns, last = delta[..., :HIPS_ROW, :], before[..., :HIPS_ROW, :]
-    other = turns * (1 - 2 * np.pi / np.maximum(rot.length(turns), 1e-9))
-    nearer = rot.length(other - last) < rot.length(turns - last)
-    return np.concatenate([np.where(nearer, other, turns), delta[..., HIPS_ROW:, :]], axis=-2)
+    """The same delta (..., 22, 3), each rotation told the way round the circle that is nearer to the delta before it."""
+    turns = rot.nearest_turn(delta[..., :HIPS_ROW, :], before[..., :HIPS_ROW, :])
+    return np.concatenate([turns, delta[..., HIPS_ROW:, :]], axis=-2)
 
 
 def unwrap_frames(delta: np.ndarray) -> np.ndarray:
     """A clip's deltas (frames, 22, 3), each rotation told the way round the circle that is nearest to the frame before it."""
-    result = delta.copy()
-    for frame in range(1, len(result)):
-        result[frame] = unwrap(delta[frame], result[frame - 1])
-    return result
+    return np.concatenate([rot.unwrap(delta[:, :HIPS_ROW]), delta[:, HIPS_ROW:]], axis=1)
 
 
 def rotations_of_delta(delta: np.ndarray) -> np.ndarray:
@@ -61,8 +55,8 @@ def rotations_of_delta(delta: np.ndarray) -> np.ndarray:
 
 
 def apply_delta(content: Pose, turns: np.ndarray, shift: np.ndarray) -> Pose:
-    """The pose with its joints turned by quaternions (..., 21, 4) and its hips shifted by (..., 3), both in the character's frame;
-    a joint that is not turned stays as it is to the last bit."""
+    """The pose with its joints turned by quaternions (..., 21, 4) and its hips shifted by (..., 3), both in the character's
+    frame; a joint that is not turned stays as it is to the last bit."""
     vectors = turns.copy()
     vectors[..., 1:] = content.to_world(turns[..., 1:])
     rotations = rot.normalize(rot.multiply(vectors, content.rotations))

@@ -15,6 +15,7 @@ from stylizer.own_style import OWN
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 GONE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
 SAME_VELOCITY = 0.01  # metres a second, radians a second: styles are not interpolated anew for less
+BODY, NEUTRAL = 0, 1  # whose root velocity
 DT = 1 / FPS
 
 
@@ -29,7 +30,8 @@ class Wearer:
         self._switching = False  # whether all parts switch in the next step
         self._evaluated: tuple | None = None  # what the parts wore when it was evaluated last
         self.waited = self._until = 0  # frames since it was evaluated, and until it is again
-        self.root_velocity = np.full(3, np.inf)  # (3,) that styles are interpolated for
+        # (2, 3) that styles are interpolated for: of the body, and of the neutral motion, whose own style is taken off.
+        self.root_velocities = np.full((2, 3), np.inf)
         self._kept: dict[tuple, Style] = {}  # styles at that velocity, by the names that the five parts wear
 
     @property
@@ -72,27 +74,28 @@ class Wearer:
         self._evaluated, self.waited, self._until = wanted, 0 if due else self.waited + 1, self._until - 1
         return due
 
-    def move(self, root_velocity: np.ndarray) -> None:
-        """From now on styles are those of a content that moves at a root velocity (3,)."""
-        if np.abs(root_velocity - self.root_velocity).max() > SAME_VELOCITY:
-            self.root_velocity = root_velocity
+    def move(self, body: np.ndarray, neutral: np.ndarray) -> None:
+        """From now on styles are those of a body that moves at a root velocity (3,), the own style that of a neutral motion that
+        moves at another (3,)."""
+        if np.abs(np.array([body, neutral]) - self.root_velocities).max() > SAME_VELOCITY:
+            self.root_velocities = np.array([body, neutral])
             self._kept.clear()
 
     def own(self, bank: Bank) -> Style:
         """The own style at this velocity, for all parts."""
-        return self._style(bank, (OWN,) * len(PART_NAMES))
+        return self._style(bank, (OWN,) * len(PART_NAMES), NEUTRAL)
 
     def styles(self, bank: Bank) -> list[Style]:
         """What the five parts wear at this velocity, side by side in one style; where any of them is blended with another style,
         those as a second one."""
         names = [tuple(getattr(part, key) for part in self.parts) for key in ("name", "other")]
-        return [self._style(bank, each) for each in names[:1 + any(self.shares)]]
+        return [self._style(bank, each, BODY) for each in names[:1 + any(self.shares)]]
 
-    def _style(self, bank: Bank, names: tuple[str, ...]) -> Style:
-        if names not in self._kept:
-            each = {name: bank[name].at(self.root_velocity) for name in dict.fromkeys(names)}
-            self._kept[names] = side_by_side([each[name] for name in names])
-        return self._kept[names]
+    def _style(self, bank: Bank, names: tuple[str, ...], whose: int) -> Style:
+        if (names, whose) not in self._kept:
+            each = {name: bank[name].at(self.root_velocities[whose]) for name in dict.fromkeys(names)}
+            self._kept[names, whose] = side_by_side([each[name] for name in names])
+        return self._kept[names, whose]
 
 
 class _Part:

@@ -7,12 +7,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sim.features import LAYOUT, STRIDE
+from sim.features import STRIDE
 from sim.pose import Pose
 from sim.worn import Worn
 from stylizer.live import LiveStylizer
-from stylizer.wearer import Wearer
-from stylizer.whole_body import answers, joints_by_code, together, velocities
+from stylizer.wearer import BODY, Wearer
+from stylizer.whole_body import answers, joints_by_code, together
 
 
 class WholeBodyStylizer(LiveStylizer):
@@ -31,16 +31,16 @@ class WholeBodyStylizer(LiveStylizer):
         super().restart()
         model = self.bank.model
         span = (model.config.window - model.HELD_BEHIND - 1) * STRIDE + 1
-        self._said: dict[int, np.ndarray] = {}  # the last answer (21, 15) to each character
         self._past: deque[np.ndarray] = deque(maxlen=span)  # features (..., 21, 15) of the last frames, the newest last
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]]) -> Pose:
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+             travel: np.ndarray | float = 1.0) -> Pose:
         samples = np.moveaxis(window, -3, 0)
         if not self._past:  # what the ring buffer has, and before that its oldest pose
             self._past.extend(samples[:1].repeat(self._past.maxlen, axis=0))
             self._past.extend(samples[:-1].repeat(STRIDE, axis=0))
         self._past.append(samples[-1])
-        return super().step(window, neutral, style)
+        return super().step(window, neutral, style, travel)
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         raise ValueError("this stylizer has no attention")
@@ -54,13 +54,7 @@ class WholeBodyStylizer(LiveStylizer):
 
     def _decoder(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         past = np.stack([sample.reshape(-1, *sample.shape[-2:])[ones] for sample in list(self._past)[::STRIDE]], axis=1)
-        result = np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, ones)])
-        # Of the stream, from the answer a sample ago: a window's last two samples see its edge too differently to tell.
-        before = np.stack([self._said.get(one, answer) for one, answer in zip(ones, result)])
-        positions = np.stack([before, result], axis=1)[..., LAYOUT["position"]]
-        result[..., LAYOUT["velocity"]] = velocities(past[:, -2:], positions)[:, 0]
-        self._said.update(zip(ones, result))
-        return result - past[:, -1]
+        return np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, ones)])
 
     def _content(self, windows: np.ndarray) -> np.ndarray:
         """The newest pose: nothing tells these systems what is to come."""
@@ -71,13 +65,14 @@ class WholeBodyStylizer(LiveStylizer):
         return np.zeros((len(ones), *windows.shape[2:]))
 
     def _last(self, past: np.ndarray, wearer: Wearer) -> np.ndarray:
-        """The last sample (21, 15) of a character's past (T, 21, 15), each part as the answer in its own style says."""
+        """By how much the last sample (21, 15) of a character's past (T, 21, 15) changes, each part as the answer in its own
+        style says. These systems make the whole pose, so there is no own style to take off: what they answer in it tells less."""
         model = self.bank.model
         joints = joints_by_code([(part.name, part.other, part.share) if part.strength else None for part in wearer.parts])
-        codes = torch.stack([self._code(wearer.root_velocity, *look) for look in joints])
+        codes = torch.stack([self._code(wearer.root_velocities[BODY], *look) for look in joints])
         window = np.concatenate([past, past[-1:].repeat(model.HELD_BEHIND, axis=0)])
-        last = answers(model, window[None], codes, last=1 + model.HELD_BEHIND)[:, 0]
-        return together(past[-1], dict(zip(joints, last)), joints)
+        styled = answers(model, window[None], codes, last=1 + model.HELD_BEHIND)[:, 0]
+        return together(past[-1], dict(zip(joints, styled)), joints) - past[-1]
 
     def _code(self, root_velocity: np.ndarray, name: str, other: str, share: float) -> Tensor:
         code = self.bank[name].at(root_velocity)

@@ -40,7 +40,7 @@ class FakeStylizer:
 
     styles = ("old", "proud")
 
-    def step(self, window, neutral, style) -> Pose:
+    def step(self, window, neutral, style, travel=1.0) -> Pose:
         rotations = neutral.rotations.copy()
         for part, (_, strength) in style.items():
             turn = rot.from_axis_angle(np.array([0.0, 0.0, 1.0]), strength / 2)

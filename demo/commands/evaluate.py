@@ -11,21 +11,26 @@ HELP = "measure the quality of a model"
 EXAMPLE = """patchwalk evaluate controller --data mocap --json evaluation.json --plots evaluation
   patchwalk evaluate stylizer --data mocap --json transfer.json --plots insight
   patchwalk evaluate stylizer --all --data mocap --json systems.json
+  patchwalk evaluate live --data mocap --json live.json --plots strips
 
-The stylizer's takes about a quarter of an hour on one core for the shipped weights, half of it where its judges have
-been trained before, longer with --weights for larger networks. It needs the labelled Bandai-Namco motion in --data."""
+`live` measures what the session draws, every bundled style walking, running, backing, strafing, turning and standing, as the
+controller moves and after the foot lock, in about ten minutes on one core; it needs Bandai-Namco's and SNU's motion in --data.
+`stylizer` measures transfer from clip to clip, in about a quarter of an hour for the shipped weights, half of it where its judges
+have been trained before, longer with --weights for larger networks; it needs the labelled Bandai-Namco motion."""
 COLUMNS = "{:<36} {:>10} {:>10} {:>18}  {}"
 VERDICTS = {True: "ok", False: "short", None: "-"}
 ROW_COLUMNS = "{:<18} {:<8} {:>13} {:>13} {:>13} {:>13} {:>13} {:>13} {:>8}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", choices=("controller", "stylizer"), help="what to measure")
+    parser.add_argument("model", choices=tuple(MODELS), help="what to measure")
     parser.add_argument("--data", type=Path, metavar="DIR",
-                        help="a folder of BVH files: held-out clips to measure alike; for the stylizer, labelled motion")
+                        help="a folder of BVH files: held-out clips to measure alike; for stylizer and live, labelled motion")
     parser.add_argument("--json", type=Path, metavar="OUT.json", help="where to write the figures")
     parser.add_argument("--plots", type=Path, metavar="DIR",
-                        help="a folder to draw into: the controller's trajectory, speed and feet; what the stylizer does")
+                        help="a folder to draw into: the controller's trajectory, speed and feet; what the stylizer does; for "
+                             "live, strips of every style: neutral, drawn, captured")
+    parser.add_argument("--stylizer", metavar="NAME", help="live only: another stylizer than the one that is used unless named")
     parser.add_argument("--all", action="store_true",
                         help="stylizer only: every system whose weights are there in one table, with 95%% intervals")
     parser.add_argument("--weights", type=Path, metavar="DIR",
@@ -37,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     _check(args)
-    return (_controller if args.model == "controller" else _stylizer)(args)
+    return MODELS[args.model](args)
 
 
 def _controller(args: argparse.Namespace) -> int:
@@ -72,6 +77,26 @@ def _stylizer(args: argparse.Namespace) -> int:
     return 0
 
 
+def _live(args: argparse.Namespace) -> int:
+    if not args.data:
+        raise ValueError("drawn motion is judged beside captured motion: "
+                         "name a folder that holds Bandai-Namco's and SNU's with --data")
+    from demo.assemble import build_session
+    from stylizer.evaluate import rounded
+    from stylizer.live_benchmark import evaluate, table
+    session = build_session(args.stylizer)
+    with _bar(args.model, "step") as progress:
+        result = evaluate(session, args.data, progress)
+    print(table(result.report), flush=True)
+    if args.json:
+        _write(args.json, rounded(result.report))
+    if args.plots:
+        from stylizer.live_strips import save_strips
+        for path in save_strips(args.plots, result):
+            print(f"wrote {path}", flush=True)
+    return 0
+
+
 def _all_stylizers(args: argparse.Namespace) -> int:
     from stylizer import compare
     with _bar("all stylizers", "step") as progress:
@@ -98,6 +123,9 @@ def _write(path: Path, report: dict) -> None:
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(report, indent=2, allow_nan=False) + "\n")
     print(f"wrote {path}", flush=True)
+
+
+MODELS = {"controller": _controller, "stylizer": _stylizer, "live": _live}
 
 
 def transfer_table(report: dict) -> str:
@@ -143,7 +171,11 @@ def _bounds(low: float | None, high: float | None) -> str:
 def _check(args: argparse.Namespace) -> None:
     """Raises ValueError or OSError for what could only fail after minutes of work."""
     if args.all and args.model != "stylizer":
-        raise ValueError("--all compares stylizers: leave it out for the controller")
+        raise ValueError("--all compares stylizers: leave it out for the others")
+    if args.stylizer and args.model != "live":
+        raise ValueError("--stylizer chooses whose live motion is measured: leave it out for other models")
+    if args.weights and args.model == "live":
+        raise ValueError("live measures a stylizer of the package: name one with --stylizer, and leave --weights out")
     if args.all and args.plots:
         raise ValueError("--all draws no pictures: leave --plots out")
     if args.data and not args.data.is_dir():

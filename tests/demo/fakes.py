@@ -67,7 +67,7 @@ class Walker:
 class Bender:
     """Turns the joints of each styled part about their x axis. Raises ValueError for a style that is not in BENDS."""
 
-    def step(self, window: np.ndarray, neutral: Pose, style) -> Pose:
+    def step(self, window: np.ndarray, neutral: Pose, style, travel=1.0) -> Pose:
         local = neutral.local_rotations.copy()
         for part, (name, strength, *_) in style.items():
             if name not in BENDS:

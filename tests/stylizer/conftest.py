@@ -7,14 +7,18 @@ import pytest
 import torch
 
 from sim import bvh
-from sim.features import clip_features
-from stylizer import weights
-from stylizer.bank import Bank, encode, style_windows, write
+from sim.features import STRIDE, clip_features
+from sim.gait import stride_phase
+from stylizer import own_style, style_file, weights
+from stylizer.bank import Bank
 from stylizer.configs import SLIM
+from stylizer.encoding import encode_clips
 from stylizer.motion_puzzle import MotionPuzzle
+from stylizer.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion, style_windows
 from tests.sim.walker import walking_clip
 
 TINY = replace(SLIM, stem=8, channels=(8, 8, 8))
+CONTROLLER = "a walker"  # the fingerprint of the controller whose motion the own style is
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -31,6 +35,26 @@ def walk_file(tmp_path):
     return path
 
 
+def movement(features: np.ndarray, name: str = "walk") -> Movement:
+    """Features (frames, 21, 15) as one kind of movement."""
+    return Movement(name, style_windows(features).astype(np.float32), features, (0.0, len(features) / 60))
+
+
+def own_motion(features: np.ndarray, name: str = "walk_1.2", controller: str = CONTROLLER) -> OwnMotion:
+    """The motion of a controller that can do one thing, features (frames, 21, 15)."""
+    shown = movement(features, name)
+    starts = np.linspace(0, len(features) - SHORTEST, len(shown.windows)).round().astype(int)
+    phase = stride_phase(features)[starts[:, None] + STRIDE * np.arange(WINDOW)]
+    return OwnMotion([shown.windows], [phase], Gait.of([shown])._replace(residual=None), controller)
+
+
+def write_style(folder, name: str, model: MotionPuzzle, fingerprint: str, movements: list[Movement], own: OwnMotion, **header):
+    """A style file as those of the package are; it keeps no motion."""
+    style = encode_clips(model, [m.windows for m in movements], Gait.of(movements), own)
+    header = {"weights": fingerprint, "controller": own.controller, "licence": "none", "source": "made up", **header}
+    style_file.write(folder / f"{name}.safetensors", name, style, header)
+
+
 @pytest.fixture
 def bank(tmp_path, monkeypatch):
     """A bank of two bundled styles, `neutral` and `other`, and an empty user's folder."""
@@ -44,6 +68,7 @@ def bank(tmp_path, monkeypatch):
     monkeypatch.setattr(weights, "FOLDER", tmp_path / "weights")
     model, fingerprint = weights.load("tiny")
     elsewhere = np.random.default_rng(0).normal(size=(21, 15))
-    for name, windows in (("neutral", style_windows(features)), ("other", style_windows(features) + elsewhere)):
-        write(tmp_path / "styles" / f"{name}.safetensors", name, encode(model, windows), fingerprint, "none", "made up")
+    own = own_motion(features)
+    own_style.write(tmp_path / "styles", own, model, fingerprint)
+    write_style(tmp_path / "styles", "other", model, fingerprint, [movement(features + elsewhere)], own)
     return Bank("tiny", tmp_path / "styles", tmp_path / "user")

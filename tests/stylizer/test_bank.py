@@ -3,18 +3,26 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 from safetensors.torch import save_file
 
-from stylizer import weights
+from sim import bvh
+from sim.features import clip_features
+from stylizer import own_style, style_file, weights
 from stylizer.bank import Bank
 from stylizer.live import LiveStylizer
-from tests.sim.walker import walking_clip
+from stylizer.style_clips import style_windows
+from tests.sim.walker import CYCLE, SPEED, planted_clip, walking_clip
+from tests.stylizer.conftest import CONTROLLER, own_motion
 
 
 def same(a, b):
-    return all(torch.equal(x, y) for level in a for x, y in zip(a[level], b[level]))
+    """Whether two styles are equal to the last bit, features and gait."""
+    gaits = zip(a.gait, b.gait)
+    return (all(torch.equal(x, y) for level in a.features for x, y in zip(a.features[level], b.features[level]))
+            and all(np.array_equal(x, y) if isinstance(x, np.ndarray) else x == y for x, y in gaits))
 
 
 def again(bank):
@@ -54,9 +62,7 @@ def test_a_style_is_added_found_again_and_removed(bank, walk_file):
     bank.add(walk_file, "my-walk")
     assert bank.names == ("my-walk", "neutral", "other")
     kept = again(bank)
-    for level in (3, 2):
-        for a, b in zip(bank["my-walk"][level], kept["my-walk"][level]):
-            assert torch.equal(a, b), "a recording made now replays to equal poses after the next start"
+    assert same(bank["my-walk"], kept["my-walk"]), "a recording made now replays to equal poses after the next start"
     kept.remove("my-walk")
     assert again(bank).names == ("neutral", "other")
 
@@ -95,7 +101,6 @@ def test_unknown_and_bundled_styles_are_not_removed(bank):
 
 
 def test_a_short_clip_is_refused(bank, tmp_path):
-    from sim import bvh
     bvh.write(tmp_path / "short.bvh", walking_clip()[:40])
     with pytest.raises(ValueError, match="short.bvh: the clip is too short"):
         bank.add(tmp_path / "short.bvh", "short")
@@ -108,10 +113,89 @@ def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, w
     with torch.no_grad():
         model.style_encoder.stem.weight.mul_(2)
     weights.save(model, weights.FOLDER / "tiny.safetensors")
-    with pytest.raises(ValueError, match="computed with other stylizer weights"):
+    with pytest.raises(ValueError, match="neutral.safetensors was computed for other weights of stylizer or controller"):
         again(bank)
-    for path in bank.bundled.iterdir():
-        path.unlink()
+    own_style.write(bank.bundled, bank.own_motion, *weights.load("tiny"))
+    with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
+        again(bank)
+    (bank.bundled / "other.safetensors").unlink()
     renewed = again(bank)
     assert not same(renewed["mine"], before)
     assert same(again(bank)["mine"], again(bank)["mine"])
+
+
+def test_another_controllers_own_style_refits_the_users_styles(bank, walk_file):
+    """Their key poses are fitted to its strides; the bundled ones are refused, for no file of theirs holds their motion."""
+    bank.add(walk_file, "mine")
+    before = bank["mine"]
+    features = clip_features(walking_clip())
+    features[..., :9] *= 1.2
+    moving_more = own_motion(features, controller="another")
+    own_style.write(bank.bundled, moving_more, bank.model, bank.fingerprint)
+    with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
+        again(bank)
+    (bank.bundled / "other.safetensors").unlink()
+    renewed = again(bank)
+    header, _ = weights.read(bank.user / "mine.safetensors")
+    assert renewed.controller == header["controller"] == "another" and not same(renewed["mine"], before)
+    assert np.array_equal(renewed["mine"].gait.root_velocities, before.gait.root_velocities)
+
+
+def former(path, name, windows, fingerprint):
+    """A style file as versions before this one wrote it: the windows of one clip, and what they were encoded to."""
+    from sim.features import LAYOUT_VERSION
+    from sim.skeleton import skeleton_hash
+    header = {"format": "patchwalk-style-1", "name": name, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash(),
+              "weights": fingerprint, "licence": "the user's own clip", "source": f"{name}.bvh"}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tensors = {"3.scale": torch.zeros(5, 1, 8).half(), "windows": torch.from_numpy(windows.astype(np.float16))}
+    save_file(tensors, path, header)
+
+
+def test_a_users_style_of_the_former_format_is_read_and_written_anew(bank):
+    path, windows = bank.user / "limp.safetensors", style_windows(clip_features(walking_clip()))
+    former(path, "limp", windows, bank.fingerprint)
+    first, second = again(bank), again(bank)
+    assert "limp" in first.names and same(first["limp"], second["limp"])
+    header, tensors = style_file.checked(path)
+    assert header["format"] == style_file.FORMAT and header["licence"] == "the user's own clip" and header["source"] == "limp.bvh"
+    assert header["controller"] == CONTROLLER and header["weights"] == bank.fingerprint
+    np.testing.assert_array_equal(style_file.kept_windows(tensors)[0], windows.astype(np.float16))
+    gait = first["limp"].gait
+    assert gait.movements == ("walk",) and gait.root_velocities[0] == pytest.approx((0, SPEED, 0), abs=0.02)
+    assert all(torch.isfinite(t).all() for part in first["limp"].features.values() for t in part)
+
+
+def test_a_style_of_the_former_format_without_motion_is_refused_in_a_sentence(bank):
+    path = bank.user / "limp.safetensors"
+    former(path, "limp", style_windows(clip_features(walking_clip())), bank.fingerprint)
+    header, tensors = weights.read(path)
+    del tensors["windows"]
+    save_file(tensors, path, header)
+    with pytest.raises(ValueError, match="limp.safetensors was made for format 'patchwalk-style-1', .*: remove the file and add"):
+        again(bank)
+
+
+def test_several_files_make_one_style_that_knows_what_each_shows(bank, tmp_path):
+    """And says which seconds of which file it took."""
+    walk, stand = tmp_path / "walk.bvh", tmp_path / "stand.bvh"
+    bvh.write(walk, walking_clip())
+    bvh.write(stand, planted_clip())
+    added = bank.add([walk, stand], "mine")
+    assert len(added.clip) == 240
+    assert added.taken == ("walk.bvh: walk from 0.0 to 4.0 s", "stand.bvh: stand from 0.0 to 2.0 s")
+    gait = bank["mine"].gait
+    assert gait.movements == ("walk", "stand") and gait.cadences == pytest.approx([60 / CYCLE, 0.0], abs=1e-3)
+    assert same(bank["mine"], again(bank)["mine"])
+    ours = [bank["mine"].at(velocity) for velocity in gait.root_velocities]
+    for level, part in ours[0].items():
+        assert torch.equal(part.scale[:, 0], bank["mine"].features[level].scale[:, 0])
+        assert torch.equal(ours[1][level].scale[:, 0], bank["mine"].features[level].scale[:, 1])
+
+
+def test_the_bundled_styles_and_the_own_style_are_of_one_controller(bank):
+    """One file that was left behind is enough to be refused."""
+    assert again(bank).controller == CONTROLLER
+    rewritten(bank.bundled / "other.safetensors", controller="another")
+    with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
+        again(bank)

@@ -1,6 +1,7 @@
 """Stylizers by name: the right bank and live stylizer for each, key points on the command line, changing in a running session."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,6 @@ import torch
 from demo import cli
 from demo.stylizers import Stylizers
 from sim.features import clip_features
-from stylizer import bank as banks
 from stylizer import catalogue, codes, unpaired, weights
 from stylizer.bank import Bank
 from stylizer.codes import CodeBank
@@ -17,6 +17,7 @@ from stylizer.live import LiveStylizer
 from stylizer.whole_body_live import WholeBodyStylizer
 from tests.sim.walker import walking_clip
 from tests.stylizer import test_key_points
+from tests.stylizer.conftest import CONTROLLER
 
 
 @pytest.fixture
@@ -32,11 +33,6 @@ def package(bank, tmp_path, monkeypatch):
     for kind in (Bank, CodeBank):
         monkeypatch.setattr(kind.__init__, "__defaults__", (*kind.__init__.__defaults__[:-2], tmp_path / "styles", None))
     monkeypatch.setattr(codes, "BUNDLED", tmp_path / "styles")
-    path = tmp_path / "styles" / "neutral.safetensors"
-    header, tensors = weights.read(path)
-    windows = banks.style_windows(features)
-    style = {level: part for level, part in bank["neutral"].items()}
-    banks.write(path, "neutral", style, header["weights"], "none", "made up", windows)
     codes.build("unpaired", weights.FOLDER, tmp_path, tmp_path / "styles")
     return tmp_path
 
@@ -64,7 +60,7 @@ def test_a_style_is_learned_from_a_video(package, capsys):
     assert cli.main([*command, "--stylizer", "unpaired"]) == 0
     assert cli.main(["styles", "list", "--stylizer", "unpaired"]) == 0
     assert "limp" in capsys.readouterr().out.split()
-    assert torch.isfinite(catalogue.bank("unpaired")["limp"]).all() and "limp" not in catalogue.bank().names
+    assert torch.isfinite(catalogue.bank("unpaired")["limp"].features).all() and "limp" not in catalogue.bank().names
     assert cli.main([*command, "--stylizer", "unpaired"]) == 2 and "already" in capsys.readouterr().err
     assert cli.main(["styles", "remove", "limp", "--stylizer", "unpaired"]) == 0
     assert "limp" not in catalogue.bank("unpaired").names
@@ -76,10 +72,10 @@ def test_a_clip_added_for_one_is_there_for_all(package, walk_file):
 
 
 class Standing:
-    """As much of a session as changes its stylizer."""
+    """As much of a session as changes its stylizer; of a controller with that fingerprint."""
 
-    def __init__(self, stylizer):
-        self.stylizer = stylizer
+    def __init__(self, stylizer, fingerprint=CONTROLLER):
+        self.stylizer, self.controller = stylizer, SimpleNamespace(fingerprint=fingerprint)
 
 
 def test_the_window_goes_through_the_stylizers_and_back(package, walk_file):
@@ -93,3 +89,11 @@ def test_the_window_goes_through_the_stylizers_and_back(package, walk_file):
     assert stylizers.next() == "slim" and session.stylizer is first and "learned" in first.styles
     with pytest.raises(ValueError, match="no other stylizer"):
         Stylizers(Standing(object())).next()
+
+
+def test_a_stylizer_with_the_own_style_of_another_controller_is_not_changed_to(package):
+    session = Standing(catalogue.from_pretrained(), "another")
+    before = session.stylizer
+    with pytest.raises(ValueError, match="^the own style was captured from another controller .*: run 'patchwalk styles capture'"):
+        Stylizers(session).next()
+    assert session.stylizer is before

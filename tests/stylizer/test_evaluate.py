@@ -126,7 +126,7 @@ def test_further_figures_want_neutral_walks(data, bank):
 
 def test_the_pictures_are_drawn(data, quick, bank, monkeypatch, tmp_path):
     from stylizer import bundled, pictures
-    names = {style: (f"deep/dataset-1_walk_{style}_000.bvh", "none") for style in ("proud", "old")}
+    names = {style: ((f"deep/dataset-1_walk_{style}_000.bvh",), "none") for style in ("proud", "old")}
     monkeypatch.setattr(bundled, "CLIPS", names)
     monkeypatch.setattr(pictures, "POSES", 2)
     monkeypatch.setattr(pictures, "CONTENT", "deep/dataset-1_walk_normal_001.bvh")

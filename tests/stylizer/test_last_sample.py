@@ -45,5 +45,5 @@ def test_its_two_halves_are_the_network_up_to_rounding(name, change):
         assert np.abs(ours - changed(model, windows, style, own)).max() < 1e-4
         assert np.abs(ours).max() > 0.01
         nowhere = live.key_poses(windows[:, -1], windows[:, :, 0, ROOT].mean(axis=1), own, own)
-        assert nowhere.shape == windows[:, -1].shape and not nowhere.any()  # in their own style, or without key poses
+        assert nowhere.shape == windows[:, -1].shape and np.abs(nowhere).max() < 1e-6  # in their own style, or without key poses
     assert LastSample.fits(model.config) == (name in ("slim", "no_key_poses"))

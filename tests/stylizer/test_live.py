@@ -11,7 +11,7 @@ from sim.pose import Pose
 from sim.ring_buffer import RingBuffer
 from sim.skeleton import PARTS
 from stylizer.live import LiveStylizer
-from stylizer.turns import continued
+from stylizer.turns import unwrap
 from stylizer.wearer import Wearer
 from tests.sim.walker import walking_clip
 
@@ -154,11 +154,11 @@ def test_an_unknown_style_is_refused_with_near_names(bank, walk):
 
 
 def test_a_turn_of_half_a_circle_keeps_its_direction():
-    before, rows = np.zeros((2, 22, 3))
-    before[15], rows[15] = (0, 3.1, 0), (0, -3.13, 0)  # the same way round, a little farther
-    before[16], rows[16] = (0, 0.3, 0), (0, -0.4, 0)
-    after = continued(rows, before)
-    assert np.allclose(after[15], (0, 2 * np.pi - 3.13, 0)) and np.array_equal(after[[16, 0, 21]], rows[[16, 0, 21]])
+    before, delta = np.zeros((2, 22, 3))
+    before[15], delta[15] = (0, 3.1, 0), (0, -3.13, 0)  # the same way round, a little farther
+    before[16], delta[16] = (0, 0.3, 0), (0, -0.4, 0)
+    after = unwrap(delta, before)
+    assert np.allclose(after[15], (0, 2 * np.pi - 3.13, 0)) and np.array_equal(after[[16, 0, 21]], delta[[16, 0, 21]])
 
 
 def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
@@ -178,7 +178,7 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
 
 def test_a_part_of_a_crowd_is_asked_for_in_every_frame(bank, walk, monkeypatch):
     asked, ask = [], LiveStylizer._decoder
-    monkeypatch.setattr(LiveStylizer, "_decoder", lambda self, windows, ones: asked.append(ones) or ask(self, windows, ones))
+    monkeypatch.setattr(LiveStylizer, "_decoder", lambda self, windows, ones, which: asked.append(ones) or ask(self, windows, ones, which))
     stylizer, history = LiveStylizer(bank).crowd(4), RingBuffer()
     for frame, pose in enumerate(walk[:9]):
         poses = Pose.stacked([pose] * 4)
@@ -203,7 +203,9 @@ def test_another_bank_that_takes_over_wears_its_own_styles_under_the_same_names(
             stylizer.take_over(before)
         history.push(pose)
         stylizer.step(history.window(), pose, {"spine": ("other", 1.0)})
-    for level, part in stylizer.wearers[0].look(stylizer.bank).items():
-        spine = list(PARTS).index("spine")
-        assert torch.equal(part.bias[spine], bank["neutral"][level].bias[spine])
-        assert not torch.equal(part.bias[spine], bank["other"][level].bias[spine])
+    wearer, spine = stylizer.wearers[0], list(PARTS).index("spine")
+    ours, theirs = (bank[name].at(wearer.root_velocity) for name in ("neutral", "other"))
+    (style,) = wearer.styles(stylizer.bank)
+    for level, part in style.items():
+        assert torch.equal(part.bias[spine], ours[level].bias[spine])
+        assert not torch.equal(part.bias[spine], theirs[level].bias[spine])

@@ -9,7 +9,6 @@ from sim import rotations as rot
 from sim.features import clip_features
 from sim.skeleton import PART_NAMES, PARTS
 from stylizer import overlap
-from stylizer.blend import with_equal_tokens
 from stylizer.offline import Look, clip_style, looks, styled_features, stylize
 from tests.sim.walker import walking_clip
 
@@ -73,22 +72,27 @@ def test_windows_leave_no_seams(bank, monkeypatch):
     third = np.linalg.norm(np.diff(styled.positions()[:, 13:], 3, axis=0), axis=-1).mean(axis=1)[20:-20]
     by_phase = [third[start::overlap.HOP].mean() for start in range(overlap.HOP)]
     assert max(by_phase) < 1.4 * min(by_phase)
-    assert styled_features(bank.model, features, bank["other"], bank["neutral"]).shape == features.shape
+    assert styled_features(bank.model, features, {part: Look(bank["other"]) for part in PART_NAMES}).shape == features.shape
 
 
 @pytest.mark.parametrize("frames", [10, 64, 200, 800])
 def test_a_style_clip_of_any_length(bank, frames):
     style = clip_style(bank.model, clip_features(walking_clip(frames)))
-    assert all(torch.isfinite(t).all() for part in style.values() for t in part)
+    assert all(torch.isfinite(t).all() for part in style.features.values() for t in part)
+    assert style.gait.root_velocities.shape == (1, 3) and style.gait.weights(np.ones(3)) == 1.0
 
 
-def test_repeated_tokens_make_no_difference(bank):
-    features = clip_features(walking_clip(100))
-    few, many = bank["other"], clip_style(bank.model, clip_features(walking_clip(900)))
-    repeated = with_equal_tokens([few, many])[0]
-    assert repeated[3].keys.shape[2] == many[3].keys.shape[2] == 4 * few[3].keys.shape[2]
-    a, b = (styled_features(bank.model, features, *with_equal_tokens([style, bank["neutral"]])) for style in (few, repeated))
-    assert np.abs(a - b).max() < 1e-4
+def test_styles_of_short_and_of_long_clips_are_worn_side_by_side(bank):
+    """Attention looks at as many windows of either, so that they stack and blend."""
+    walk, rng = walking_clip(100), np.random.default_rng(1)
+    few, many = (clip_style(bank.model, clip_features(walking_clip(frames)) + rng.normal(size=(21, 15))) for frames in (100, 900))
+    assert few.features[3].keys.shape == many.features[3].keys.shape == bank["other"].features[3].keys.shape
+    both = {"spine": Look(few), "left_arm": Look(many), "right_arm": Look(few, 1.0, many, 0.5)}
+    together = stylize(bank.model, walk, both)
+    for part in ("left_arm", "right_arm"):
+        alone, joints = stylize(bank.model, walk, {part: both[part]}), list(PARTS[part])
+        assert turn(together, alone)[:, joints].max() < 1e-6 and turn(alone, walk)[:, joints].max() > 0.3
+    assert turn(together, stylize(bank.model, walk, {"spine": both["spine"]}))[:, list(PARTS["spine"])].max() < 1e-6
 
 
 def test_a_style_may_be_a_file(bank, walk_file, tmp_path):

@@ -1,14 +1,17 @@
 """The three whole-body systems: shapes, one overfitted batch each, training that resumes, and the live stylizer."""
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 
+from sim import rotations as rot
 from sim.features import clip_features
 from sim.skeleton import INDEX, PART_NAMES, PARTS
-from stylizer import diverse, latent, systems, train_systems, unpaired, weights
+from stylizer import codes, diverse, latent, systems, train_systems, unpaired, weights
+from stylizer.bank import BUNDLED
 from stylizer.blocks import BODY, ROOTED, AdaIN, DomainHead, InstanceNorm, ResBlock, by_joint, whole
 from stylizer.codes import CodeBank, build
 from stylizer.dataset import MotionData, PackedClip
@@ -16,8 +19,11 @@ from stylizer.domains import NOISE, LabelledSampler, label_of, labels_of
 from stylizer.global_motion import changed, rerouted
 from stylizer.key_points import TORSO
 from stylizer.offline import Look, as_pose, clip_style, looks, stylize
+from stylizer.own_style import OWN
 from stylizer.sampler import statistics
 from stylizer.streams import Styles, live
+from stylizer.style_clips import Gait, StyleClips
+from stylizer.style_file import checked, kept_motion, kept_windows, write
 from stylizer.train_systems import SystemTrainer
 from stylizer.whole_body import completed, joints_by_code, together
 from tests.sim.walker import walking_clip
@@ -214,8 +220,20 @@ def poses():
     return [every[frame] for frame in range(60)]
 
 
+@pytest.fixture(scope="module")
+def own_file(tmp_path_factory):
+    """What the package keeps of the controller's motion, but for three movements only."""
+    motion = kept_motion(BUNDLED / f"{OWN}.safetensors")
+    few = [motion.gait.movements.index(name) for name in ("stand", "walk_1.3", "run_3.0")]
+    gait = Gait(tuple(motion.gait.movements[i] for i in few), *(values[few] for values in motion.gait[1:-1]), None)
+    path = tmp_path_factory.mktemp("own") / f"{OWN}.safetensors"
+    write(path, OWN, StyleClips({}, gait), {"controller": motion.controller, "weights": "those of another network"},
+          [motion.windows[i] for i in few], phases=np.concatenate([motion.phases[i] for i in few]))
+    return path
+
+
 @pytest.fixture(params=TINY)
-def bank(request, tmp_path, monkeypatch, walk_file):
+def bank(request, tmp_path, monkeypatch, walk_file, own_file):
     """A code bank of the bundled neutral style and one of the user's own, `limp`."""
     model = model_of(request.param)
     with torch.no_grad():
@@ -226,6 +244,9 @@ def bank(request, tmp_path, monkeypatch, walk_file):
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
     monkeypatch.setattr(weights, "FOLDER", tmp_path / "weights")
     weights.save(model, weights.FOLDER / f"{request.param}.safetensors", licence="none")
+    (tmp_path / "styles").mkdir()
+    shutil.copy(own_file, tmp_path / "styles")
+    monkeypatch.setattr(codes, "BUNDLED", tmp_path / "styles")
     build(request.param, weights.FOLDER, tmp_path, tmp_path / "styles")
     bank = CodeBank(request.param, tmp_path / "styles", tmp_path / "user")
     bank.add(walk_file, "limp")
@@ -235,7 +256,8 @@ def bank(request, tmp_path, monkeypatch, walk_file):
 def test_a_bank_knows_its_styles_again(bank):
     again = CodeBank(bank.name, bank.bundled, bank.user)
     assert again.names == bank.names and {"neutral", "limp"} < {*bank.names, "x"}
-    assert all(torch.equal(again[name], bank[name]) for name in bank.names)
+    assert all(torch.equal(again[name].features, bank[name].features) for name in bank.names)
+    assert again["neutral"].gait.movements == ("stand", "walk_1.3", "run_3.0") and again["limp"].gait.movements == ("walk",)
     with pytest.raises(ValueError, match="comes with Patchwalk"):
         bank.remove("neutral")
     bank.remove("limp")
@@ -251,9 +273,9 @@ def test_styles_of_chance_are_drawn_anew(bank):
     assert set(bank.drawn) == {"drawn-old-1", "drawn-proud-1"} < set(bank.names)
     before = bank["drawn-old-1"]
     bank.reroll()
-    assert not torch.equal(before, bank["drawn-old-1"])
+    assert not torch.equal(before.features, bank["drawn-old-1"].features)
     bank.reroll(0)
-    assert torch.equal(before, bank["drawn-old-1"])
+    assert torch.equal(before.features, bank["drawn-old-1"].features)
 
 
 def test_only_labels_that_a_system_learned_are_asked_of_it_by_chance(bank):
@@ -266,9 +288,10 @@ def test_only_labels_that_a_system_learned_are_asked_of_it_by_chance(bank):
 
 
 def test_a_user_style_added_for_one_stylizer_is_there_for_motion_puzzle(bank):
-    from stylizer.bank import checked, kept_windows
     header, tensors = checked(bank.user / "limp.safetensors")
-    assert kept_windows(tensors).shape == (3, 32, 21, 15) and header["weights"] == bank.fingerprint
+    (windows,) = kept_windows(tensors)  # of one kind of movement
+    assert windows.shape[1:] == (32, 21, 15) and len(windows) > 1
+    assert header["weights"] == bank.fingerprint and header["controller"] == bank.controller
 
 
 def test_live_restyles_only_what_is_worn_and_repeats(bank, poses):
@@ -331,8 +354,16 @@ def test_offline_and_evaluation_speak_to_a_system_as_to_motion_puzzle(bank):
     apart = np.abs(np.sum(styled.rotations * walk.rotations, axis=-1)).min(axis=0) < 1 - 1e-6
     assert set(np.flatnonzero(apart)) == set(PARTS["left_arm"] + PARTS["right_arm"])
     code = clip_style(bank.model, clip_features(walk), "old 1")
-    result = live(Styles(bank.model, {"neutral": code, "target": code + 1}), walk, lambda _: {"spine": ("target", 1.0)})
-    assert result.answers.shape == (100, 21, 15) and stylize(bank.model, walk, {"spine": Look(code)})
+    target = replace(code, features=code.features + 1)
+    result = live(Styles(bank.model, {"neutral": code, "target": target}), walk, lambda _: {"spine": ("target", 1.0)})
+    assert len(result.styled) == len(result.locked) == 100 and stylize(bank.model, walk, {"spine": Look(code)})
+    moved = turn_of_clips(result.styled, walk)
+    assert moved[:, list(PARTS["spine"])].max() > 0.01 and moved[:, list(PARTS["left_leg"])].max() < 1e-6
+
+
+def turn_of_clips(a, b):
+    """(frames, 21) angle between the global rotations of two clips."""
+    return np.linalg.norm(rot.to_rotation_vector(rot.multiply(a.global_rotations(), rot.inverse(b.global_rotations()))), axis=-1)
 
 
 def test_global_motion(bank):
@@ -375,7 +406,8 @@ class Shifted:
         self.model, self.names, self.drawn, self._bank = bank.model, bank.names, {}, bank
 
     def __getitem__(self, name):
-        return self._bank[name] + 2
+        style = self._bank[name]
+        return replace(style, features=style.features + 2)
 
     def refresh(self):
         pass
