@@ -64,19 +64,19 @@ def _harmonics(rotations: np.ndarray, hips: np.ndarray) -> np.ndarray:
 
 
 class Idle:
-    """Plays the loop while the character stands and eases it in and out. Any leading axes, of a crowd that breathes as one."""
+    """Plays the loop while the character stands and eases it in and out. Any leading axes, of a crowd."""
 
     def __init__(self, loop: np.ndarray) -> None:
         """loop: SHAPE, from `fit`; zeros lay nothing on."""
         self.bearing, self.amplitudes = rot.from_rotation_vector(loop[0, UPPER]), loop[1:].reshape(2 * HARMONICS, -1)
         self.captured = bool(loop.any())
-        self.frame = 0
+        self.frame = np.zeros(())  # (...): a motion that is played at another rate breathes at that rate
         self.easing = np.zeros((2, 3, 1))  # (..., 2, 3, 1) of the sway and of the bearing: share, its rate, wanted share
 
     def step(self, standing: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotations (..., 21, 4) in the root frame with the idle laid on them, and the hips' shift (..., 3); standing (...)
         0..1."""
-        self.frame += 1
+        self.frame = self.frame + 1
         self.easing[..., 2, 0] = np.asarray(standing)[..., None]
         self.easing[..., :2, :] = EASE @ self.easing
         shares = self.easing[..., 0, :, None]  # (..., 2, 1, 1)
@@ -84,7 +84,7 @@ class Idle:
             return rotations, np.zeros(3)
         rotations = rotations.copy()
         rotations[..., UPPER, :] = rot.slerp(rotations[..., UPPER, :], self.bearing, shares[..., 1, :, :])
-        angle = TURNS * (self.frame * DT / SECONDS)
-        wave = np.concatenate([np.cos(angle), np.sin(angle)]) @ self.amplitudes
-        rows = shares[..., 0, :, :] * wave.reshape(ROWS, 3)
+        angle = TURNS * (self.frame * DT / SECONDS)[..., None]
+        wave = np.concatenate([np.cos(angle), np.sin(angle)], axis=-1) @ self.amplitudes
+        rows = shares[..., 0, :, :] * wave.reshape(*wave.shape[:-1], ROWS, 3)
         return rot.multiply(rot.from_rotation_vector(rows[..., :JOINT_COUNT, :]), rotations), rows[..., JOINT_COUNT, :]

@@ -49,7 +49,7 @@ class PhaseFunctionedController:
         many = copy.copy(self)
         many._leading = (count,)
         phase, body, idle = copy.deepcopy(self._start)
-        idle.easing = np.tile(idle.easing, (count, 1, 1, 1))
+        idle.easing, idle.frame = np.tile(idle.easing, (count, 1, 1, 1)), np.tile(idle.frame, count)
         many._start = np.tile(phase, count), np.tile(body, (count, 1)), idle
         many.restart()
         return many

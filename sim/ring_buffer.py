@@ -9,6 +9,7 @@ from sim.pace import OWN_PACE, Pace
 from sim.pose import Pose
 
 TRAVEL = slice(LAYOUT["root"].start, LAYOUT["root"].start + 2)  # the root's velocity over the floor
+TURN = slice(TRAVEL.stop, LAYOUT["root"].stop)  # and its turn rate
 SPAN = (WINDOW - 1) * STRIDE + 1  # frames: 31, the current one included
 
 
@@ -29,7 +30,8 @@ class RingBuffer:
             self._poses.append(pose)
         feature = features_between(pose, self._poses[0])
         if pace is not OWN_PACE:
-            feature[..., LAYOUT["velocity"]] /= np.asarray(pace.rate)[..., None, None]
+            for changing in (LAYOUT["velocity"], TURN):
+                feature[..., changing] /= np.asarray(pace.rate)[..., None, None]
             feature[..., TRAVEL] /= np.asarray(pace.travel)[..., None, None]
         self._features.append(feature)
         while len(self._features) < SPAN:

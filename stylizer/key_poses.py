@@ -122,30 +122,32 @@ class KeyPoses(nn.Module):
                            for field in self.fields[:2])
         return self.scores(self.codes(motion, (mean, deviation)), 1).softmax(dim=3)
 
-    def held(self, style: PartStyle, way: Tensor) -> tuple[Tensor, Tensor]:
+    def held(self, style: PartStyle, way: Tensor, known: Tensor | float = 1.0) -> tuple[Tensor, Tensor]:
         """Of a style that goes another way (B, 3): the mean, and the logarithm of what its movement is multiplied by, two of
-        (5, B, n 12)."""
+        (5, B, n 12). known: (5, B, 1) how far translation knows that way."""
         mean, _, here, _, code = (style.scale[..., field] for field in self.fields)
         shift, gain = self.translation(code, here, way)
-        return mean + shift, gain
+        return mean + known * shift, known * gain
 
-    def forward(self, told: Tensor, way: Tensor, style: PartStyle, own: PartStyle, own_way: Tensor | None = None) -> Tensor:
+    def forward(self, told: Tensor, way: Tensor, style: PartStyle, own: PartStyle, own_way: Tensor | None = None,
+                known_way: Tensor | None = None, known: Tensor | float = 1.0) -> Tensor:
         """What is put on motion in its own style, going a way (B, 3), so that it wears another: told (5, B, T, moments) ->
         (21, B, T, 15).
 
         The style's mean posture for its own, and the style's movement, moment by moment, as far as its clip goes the same way
         over the floor: a walk says little about the moments of a step back. own_way: (B, 3) of the motion itself, where styled
-        legs carry the body another way than it goes."""
+        legs carry the body another way than it goes; known_way: (B, 3) what of the way translation knows, known: (5, B, 1) how
+        far the way is of that kind."""
         trust = torch.exp(-((style.scale[..., self.fields.way] - way)[:, :, None].square() @ self.wariness()[:, None]))
-        theirs, their_moves = self._worn(told, way, style)
+        theirs, their_moves = self._worn(told, way if known_way is None else known_way, style, known)
         ours, our_moves = self._worn(told, way if own_way is None else own_way, own)
         poses = ours + our_moves + (theirs - ours) + trust * (their_moves - our_moves)
         poses = self.parts.join(poses.unflatten(3, (-1, BODY.stop)).permute(0, 3, 1, 2, 4))
         return torch.cat([poses, torch.zeros_like(poses[..., :ROOT_SIZE])], dim=-1)
 
-    def _worn(self, told: Tensor, way: Tensor, clip: PartStyle) -> tuple[Tensor, Tensor]:
+    def _worn(self, told: Tensor, way: Tensor, clip: PartStyle, known: Tensor | float = 1.0) -> tuple[Tensor, Tensor]:
         """How a clip's parts are held going this way, (5, B, 1, n 12), and how they move, (5, B, T, n 12)."""
-        mean, gain = (values[:, :, None] for values in self.held(clip, way))
+        mean, gain = (values[:, :, None] for values in self.held(clip, way, known))
         return mean, told @ clip.bias.unflatten(2, (told.shape[3], -1)) * gain.exp()
 
     def mistranslated(self, style: PartStyle, clip: Tensor) -> Tensor:

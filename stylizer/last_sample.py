@@ -14,8 +14,9 @@ from stylizer.configs import KEY_POSES, Config
 from stylizer.key_poses import BODY, QUIET, KeyPoses
 from stylizer.layers import EPSILON, JointLinear, PartStyle, Pool, STConv
 from stylizer.motion_puzzle import BPStyleNet, MotionPuzzle
-from stylizer.translation import MOST, ROOT
+from stylizer.translation import MOST, ROOT, known_way
 
+UPPER = np.array([not name.endswith("leg") for name in PARTS])  # of the parts: spine and arms
 KEPT = 16  # styles whose numbers are kept at hand
 
 
@@ -46,13 +47,21 @@ class LiveForm:
             return np.zeros(poses.shape)
         told = key_poses.told(model.normalize(torch.from_numpy(poses[:, None].astype(np.float32))), own[KEY_POSES])
         mean, deviation = (values[0, 0, 0, ROOT] for values in (model.mean, model.deviation))
-        way, own_way = ((torch.from_numpy(each.astype(np.float32)) - mean) / deviation for each in (ways, own_ways))
-        return self._difference(*(key_poses(told, going, look[KEY_POSES], own[KEY_POSES], own_way)
-                                  for look, going in ((style, way), (own, own_way))))
+        forward, known = known_way(ways)
+        way, own_way, forward = ((torch.from_numpy(each.astype(np.float32)) - mean) / deviation
+                                 for each in (ways, own_ways, forward))
+        styled = key_poses(told, way, style[KEY_POSES], own[KEY_POSES], own_way, forward, torch.from_numpy(known_by_part(known)))
+        return self._difference(styled, key_poses(told, own_way, own[KEY_POSES], own[KEY_POSES]))
 
     def _difference(self, styled: torch.Tensor, rebuilt: torch.Tensor) -> np.ndarray:
         """Of normalized motions (21, batch, 1, 15), as features (batch, 21, 15)."""
         return (self.model.restore(styled) - self.model.restore(rebuilt))[:, 0].double().numpy()
+
+
+def known_by_part(known: np.ndarray) -> np.ndarray:
+    """How far translation knows ways (B, 1), for each part (5, B, 1): of legs it always has to tell, for who stands does not
+    walk."""
+    return np.where(UPPER[:, None, None], known, 1.0).astype(np.float32)
 
 
 def live_form(model: MotionPuzzle) -> "LiveForm | LastSample":
@@ -102,8 +111,10 @@ class LastSample:
         if not self.moments:
             return change
         poses = ((poses - self.mean) / self.deviation).astype(np.float32)
-        ways = ((np.array([ways, own_ways]) - self.mean[0, ROOT]) / self.deviation[0, ROOT]).astype(np.float32)
-        change[..., BODY] = self.moments(poses, ways, *(self._seen(look)[KEY_POSES] for look in (style, own)))
+        forward, known = known_way(ways)
+        ways = ((np.array([ways, own_ways, forward]) - self.mean[0, ROOT]) / self.deviation[0, ROOT]).astype(np.float32)
+        known = known_by_part(known).swapaxes(0, 1)
+        change[..., BODY] = self.moments(poses, ways, known, *(self._seen(look)[KEY_POSES] for look in (style, own)))
         return change * self.deviation
 
     def _seen(self, style: Style) -> dict[int, PartStyle]:
@@ -160,14 +171,16 @@ class _KeyPoses:
         self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, moments)
         self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, moments)
 
-    def __call__(self, poses: np.ndarray, ways: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
-        """By how much a look on normalized poses (batch, 21, 15) differs from their own: (batch, 21, 12). ways: (2, batch, 3) of
-        the body and of the poses' own motion."""
+    def __call__(self, poses: np.ndarray, ways: np.ndarray, known: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
+        """By how much a look on normalized poses (batch, 21, 15) differs from their own: (batch, 21, 12). ways: (3, batch, 3) of
+        the body, of the poses' own motion, and what of the first translation knows, each part as far as known (batch, 5, 1)."""
         told, scale = self._told(poses, own)[:, :, None], np.array([look.scale, own.scale])
         mean, _, here, way, code = (scale[..., field] for field in self.fields)
         ways = ways[:, :, None].repeat(len(PARTS), axis=2)
-        going = _leaky(self.going(np.concatenate([code, ways], axis=-1)))[..., None, :] @ self.sides
-        shift, gain = np.split(going[..., 0, :] - here, 2, axis=-1)
+        going = _leaky(self.going(np.concatenate([code, ways[[2, 1]]], axis=-1)))[..., None, :] @ self.sides
+        going = going[..., 0, :] - here
+        going[0] *= known
+        shift, gain = np.split(going, 2, axis=-1)
         moves = np.array([told @ clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own)])[..., 0, :]
         moves *= np.exp(np.minimum(np.maximum(gain, -MOST), MOST))
         trust = np.exp(-(np.square(way[0] - ways[0]) * self.wary).sum(axis=-1, keepdims=True))

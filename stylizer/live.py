@@ -36,7 +36,8 @@ from stylizer.turns import (
     rotations_of_delta,
     unwrap,
 )
-from stylizer.wearer import OWN, Wearer
+from stylizer.own_style import OWN
+from stylizer.wearer import BODY, Wearer
 
 GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
 KEPT = 6  # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
@@ -215,8 +216,7 @@ class LiveStylizer:
                 continue
             base = self._content(windows[ones])
             change = self._decoded[1, which, ones] + self._in_groups(self._change, windows, ones, which)
-            change *= ~np.array([[part.name == part.other == OWN for part in self.wearers[one].parts]
-                                 for one in ones])[:, PART_OF_JOINT, None]
+            change *= self._counting(windows, ones)[:, PART_OF_JOINT, None]
             delta = pose_delta(base + change, base)
             before = np.where(fresh[ones][..., None], raw[FIRST, ones] if which == OTHER else 0.0, raw[which, ones])
             raw[which, ones] = unwrap(delta, before)
@@ -226,6 +226,23 @@ class LiveStylizer:
             result[blended] += shares[blended][:, PART_OF_ROW, None] * (raw[OTHER, blended] - raw[FIRST, blended])
         self._raw = raw.reshape(self._raw.shape)
         return result.reshape(self._raw.shape[1:])
+
+    def _counting(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+        """(n, 5) how far each part changes at all: not where it wears the own style; and legs that side-step keep the
+        controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
+        result = np.ones((len(ones), len(PART_NAMES)))
+        for place, one in enumerate(ones):
+            side, forward, _ = np.abs(self.wearers[one].root_velocities[BODY])
+            for part, wears in enumerate(self.wearers[one].parts):
+                if wears.name == wears.other == OWN:
+                    result[place, part] = 0.0
+                elif part in LEG_PARTS and side > forward and not self._side_steps(wears.name):
+                    result[place, part] = (forward / side) ** 2
+        return result
+
+    def _side_steps(self, name: str) -> bool:
+        """Whether a clip of a style shows side-steps."""
+        return any(movement.startswith("strafe") for movement in self.bank[name].gait.movements)
 
     def _with_residual(self, turns: np.ndarray, strengths: np.ndarray) -> np.ndarray:
         """Rotations (..., 21, 4) with what of the styles' movement is not locked to the stride on top, in its own time."""

@@ -49,10 +49,11 @@ MOVEMENTS: dict[str, Script] = {
     **{f"walk_{speed}": partial(going, speed, "run" if speed > 1.3 else "walk", FORWARD)
        for speed in (0.4, 0.65, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0)},
     **{f"run_{speed}": partial(going, speed, "run", FORWARD) for speed in (2.5, 3.0, 3.5)},
-    **{f"back_{speed}": partial(going, speed, "walk", (0.0, -1.0)) for speed in (0.65, 1.3)},
+    **{f"back_{speed}": partial(going, speed, "walk", (0.0, -1.0)) for speed in (0.4, 0.65, 1.0, 1.3)},
     **{f"strafe_{side}_{speed}": partial(going, speed, "walk", (sign, 0.0))
-       for side, sign in (("left", 1.0), ("right", -1.0)) for speed in (0.65, 1.3)},
-    **{f"turn_{side}": partial(curving, 1.0, sign) for side, sign in (("left", 1.0), ("right", -1.0))},
+       for side, sign in (("left", 1.0), ("right", -1.0)) for speed in (0.4, 0.65, 0.85, 1.0, 1.15, 1.3)},
+    **{f"turn_{side}_{rate}": partial(curving, 1.0, sign * rate)
+       for side, sign in (("left", 1.0), ("right", -1.0)) for rate in (0.4, 0.8, 1.2)},
     **{f"spin_{side}": partial(curving, 0.0, 1.5 * sign) for side, sign in (("left", 1.0), ("right", -1.0))},
 }
 

@@ -3,10 +3,12 @@
 Learned from styles that were captured going several ways. What all of them have in common when they run, back or turn is no
 style; what a style does besides is told by how its clip is held, how lively it is and which way it goes."""
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
 from sim.features import LAYOUT
+from sim.ramps import smooth_step
 from sim.skeleton import PARTS
 from stylizer.layers import leaky
 
@@ -14,7 +16,19 @@ ROOT = LAYOUT["root"]
 ROOT_SIZE = ROOT.stop - ROOT.start
 HIDDEN, CODE = 64, 16  # units of both networks, and of the code by which a style is told
 LEAST = 0.05  # of the normalized deviation, added before logarithms are taken: how still a still joint is says nothing
+STANDING = (0.1, 0.4)  # metres a second between which standing becomes going
 MOST = 1.2  # logarithm of the most that a way makes a style livelier, or quieter
+
+
+def known_way(way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The part of ways over the floor (B, 3), in metres and radians a second, that styled captures show, forwards or backwards
+    (B, 3), and how far (B, 1) a way is of that kind: nobody was captured side-stepping or standing in a style, so what was
+    learned says nothing of it, and spine and arms are held there as the style's clip has them."""
+    forward = np.zeros_like(way)
+    forward[..., 1] = way[..., 1]
+    over_floor = np.square(way[..., :2]).sum(axis=-1, keepdims=True)
+    share = np.square(way[..., 1:2]) / np.maximum(over_floor, 1e-9)
+    return forward, share * smooth_step(np.sqrt(over_floor), *STANDING)
 
 
 class Translation(nn.Module):

@@ -1,4 +1,4 @@
-"""The live form of the network answers as the network does."""
+"""The live forms of the network answer as the network does, and the quick one as the plain one."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ import torch
 
 from stylizer.blend import for_batch, joined, side_by_side
 from stylizer.configs import CONFIGS
-from stylizer.last_sample import LastSample, live_form
+from stylizer.last_sample import LastSample, LiveForm, live_form
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.translation import ROOT
 
@@ -24,9 +24,8 @@ def changed(model, windows, style, own):
         return styled - (windows[:, -1] if rebuilt is None else rebuilt)
 
 
-@pytest.mark.parametrize("name, change", [("slim", {}), ("slim", {"way": 0}), ("no_key_poses", {}), ("paper_slim", {}),
-                                          ("full", {}), ("whole_body_adain", {}), ("no_attention", {})])
-def test_its_two_halves_are_the_network_up_to_rounding(name, change):
+def network(name, change):
+    """A small network of that kind, with statistics of its own, and three styles."""
     torch.manual_seed(1)
     model = MotionPuzzle(replace(CONFIGS[name], **SMALL, **change)).eval()
     if model.key_poses:
@@ -38,12 +37,39 @@ def test_its_two_halves_are_the_network_up_to_rounding(name, change):
     model.set_statistics(rng.normal(size=(21, 15)), rng.uniform(0.5, 1.5, size=(21, 15)))
     with torch.inference_mode():
         styles = [model.encode_style(torch.randn(21, 1, 32, 15)) for _ in range(3)]
+    return model, styles, rng
+
+
+@pytest.mark.parametrize("name, change", [("slim", {}), ("slim", {"way": 0}), ("no_key_poses", {}), ("paper_slim", {}),
+                                          ("full", {}), ("whole_body_adain", {}), ("no_attention", {})])
+def test_its_two_halves_are_the_network_up_to_rounding(name, change):
+    """Of motion that goes straight on, as fast as its feet say: what the network itself was trained on."""
+    model, styles, rng = network(name, change)
     for looks in ([styles[1]], [styles[1], side_by_side([styles[2]] * 5)]):
         windows, style, own = rng.normal(size=(len(looks), 16, 21, 15)), joined(looks), for_batch(styles[0], len(looks))
-        live = live_form(model)
-        ours = live.decoded(windows, style, own) + live.key_poses(windows[:, -1], windows[:, :, 0, ROOT].mean(axis=1), style, own)
+        windows[..., ROOT] = np.array([0.0, 1.0, 0.0]) * rng.uniform(0.6, 2.0, size=(len(looks), 16, 1, 1))
+        live, ways = live_form(model), windows[:, :, 0, ROOT].mean(axis=1)
+        ours = live.decoded(windows, style, own) + live.key_poses(windows[:, -1], ways, ways, style, own)
         assert np.abs(ours - changed(model, windows, style, own)).max() < 1e-4
         assert np.abs(ours).max() > 0.01
-        nowhere = live.key_poses(windows[:, -1], windows[:, :, 0, ROOT].mean(axis=1), own, own)
+        nowhere = live.key_poses(windows[:, -1], ways, ways, own, own)
         assert nowhere.shape == windows[:, -1].shape and np.abs(nowhere).max() < 1e-6  # in their own style, or without key poses
     assert LastSample.fits(model.config) == (name in ("slim", "no_key_poses"))
+
+
+@pytest.mark.parametrize("name, change", [("slim", {}), ("slim", {"way": 0}), ("no_key_poses", {})])
+def test_the_quick_form_is_the_plain_one_up_to_rounding_whatever_way_the_body_goes(name, change):
+    """Backwards, sideways, turning, standing, and at another speed than the neutral motion's."""
+    model, styles, rng = network(name, change)
+    quick, plain = live_form(model), LiveForm(model)
+    assert type(quick) is LastSample
+    windows = rng.normal(size=(6, 16, 21, 15))
+    style, own = joined([styles[1], styles[2]] * 3), for_batch(styles[0], 6)
+    own_ways = np.array([(0, 1.3, 0), (0, -0.8, 0), (0.9, 0.1, 0), (0, 0, 1.5), (0.02, 0.05, 0), (-0.7, 0.7, -0.5)], dtype=float)
+    ways = own_ways * np.array([[0.6], [1.0], [1.2], [1.0], [1.0], [0.8]])
+    answers = [(form.decoded(windows, style, own), form.key_poses(windows[:, -1], ways, own_ways, style, own),
+                form.key_poses(windows[:, -1], own_ways, own_ways, style, own)) for form in (quick, plain)]
+    for ours, theirs in zip(*answers):
+        assert np.abs(ours - theirs).max() < 1e-4
+    elsewhere, same = (np.abs(answers[0][1] - answers[0][2])[place].max() for place in (0, 1))
+    assert same == 0 and (elsewhere > 1e-3) == bool(model.key_poses), "it matters how fast the body goes"

@@ -1,5 +1,7 @@
 """The live stylizer: strength 0 changes nothing, restyling stays in its part, switches do not pop, replays repeat."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -11,8 +13,9 @@ from sim.pose import Pose
 from sim.ring_buffer import RingBuffer
 from sim.skeleton import PARTS
 from stylizer.live import LiveStylizer
+from stylizer.stride_residual import played
 from stylizer.turns import unwrap
-from stylizer.wearer import Wearer
+from stylizer.wearer import BODY, Wearer
 from tests.sim.walker import walking_clip
 
 
@@ -204,8 +207,139 @@ def test_another_bank_that_takes_over_wears_its_own_styles_under_the_same_names(
         history.push(pose)
         stylizer.step(history.window(), pose, {"spine": ("other", 1.0)})
     wearer, spine = stylizer.wearers[0], list(PARTS).index("spine")
-    ours, theirs = (bank[name].at(wearer.root_velocity) for name in ("neutral", "other"))
+    ours, theirs = (bank[name].at(wearer.root_velocities[BODY]) for name in ("neutral", "other"))
     (style,) = wearer.styles(stylizer.bank)
     for level, part in style.items():
         assert torch.equal(part.bias[spine], ours[level].bias[spine])
         assert not torch.equal(part.bias[spine], theirs[level].bias[spine])
+
+
+# ---- the own style ------------------------------------------------------------------------
+
+
+def equal(one: Pose, other: Pose) -> bool:
+    return np.array_equal(one.rotations, other.rotations) and np.array_equal(one.hips, other.hips)
+
+
+@pytest.mark.parametrize("worn", [("neutral", 1.0), ("neutral", 1.5), ("neutral", 0.4, "neutral", 0.7)], ids=str)
+def test_the_own_style_changes_nothing_bit_for_bit(bank, walk, worn):
+    assert all(equal(a, b) for a, b in zip(stream(bank, walk[:40], dict.fromkeys(PARTS, worn)), walk))
+
+
+def test_parts_in_the_own_style_are_untouched_beside_others_that_wear_one(bank, walk):
+    style = {"left_arm": ("other", 1.0), "right_arm": ("neutral", 1.0), "spine": ("neutral", 1.5), "left_leg": ("neutral", 1.0)}
+    ours, alone = (stream(bank, walk[:30], each) for each in (style, {"left_arm": ("other", 1.0)}))
+    assert all(equal(a, b) for a, b in zip(ours, alone))
+    assert turn(ours[-1], walk[29])[list(PARTS["left_arm"])].max() > 0.05
+
+
+def test_back_in_the_own_style_a_part_is_the_neutral_one_once_its_switch_is_done(bank, walk):
+    walk = (walk * 4)[:330]
+    styled = stream(bank, walk, lambda frame: {"right_arm": ("other" if frame < 20 else "neutral", 1.0)})
+    joints = list(PARTS["right_arm"])
+    assert turn(styled[19], walk[19])[joints].max() > 0.05 < turn(styled[24], walk[24])[joints].max()
+    assert all(equal(a, b) for a, b in zip(styled[-20:], walk[-20:]))
+
+
+# ---- movement in its own time -------------------------------------------------------------
+
+
+@pytest.fixture
+def musical(bank):
+    """`other` with a loop on top: a forearm that swings once a second, a head that nods slowly, about axes of their own."""
+    time = np.arange(60) / 30
+    loop = np.zeros((60, 21, 3))
+    loop[:, 15, 2], loop[:, 12, 0] = 0.4 * np.sin(2 * np.pi * time), 0.2 * np.sin(np.pi * time)
+    style = bank["other"]
+    bank._styles["musical"] = replace(style, gait=style.gait._replace(residual=loop))
+    bank._styles["other"] = replace(style, gait=style.gait._replace(residual=None))
+    return loop
+
+
+@pytest.mark.parametrize("strength", [1.0, 0.5])
+def test_movement_in_its_own_time_is_played_on_top_as_strong_as_the_part(bank, walk, musical, strength):
+    arm = list(PARTS["left_arm"])
+    ours, plain = (stream(bank, walk, {"left_arm": (name, strength)}) for name in ("musical", "other"))
+    for frame in range(60, 90):
+        a, b = ours[frame], plain[frame]
+        apart = rot.to_rotation_vector(rot.multiply(a.rotations, rot.inverse(b.rotations)))
+        wanted = strength * played(musical, frame + 1)
+        np.testing.assert_allclose(apart[15], walk[frame].to_world(wanted[None, 15])[0], atol=2e-3)
+        others = [joint for joint in range(21) if joint not in arm]
+        assert np.array_equal(a.rotations[others], b.rotations[others]), "the head nods only where the spine wears the style"
+
+
+def test_of_a_blend_each_plays_its_own_by_its_share(bank, walk, musical):
+    ours, plain = (stream(bank, walk[:70], {"spine": ("other", 1.0, name, 0.25)}) for name in ("musical", "other"))
+    apart = rot.to_rotation_vector(rot.multiply(ours[69].rotations, rot.inverse(plain[69].rotations)))
+    np.testing.assert_allclose(walk[69].to_character(apart[None, 12])[0], 0.25 * played(musical, 70)[12], atol=3e-3)
+
+
+def test_movement_in_its_own_time_comes_and_goes_without_a_jump(bank, walk, musical):
+    styled = stream(bank, walk, lambda frame: {"left_arm": ("other" if frame < 45 else "musical", 1.0)})
+    steady = stream(bank, walk, {"left_arm": ("musical", 1.0)})
+    steps, usual = (max(turn(a[i], a[i - 1])[15] for i in range(30, 90)) for a in (styled, steady))
+    assert steps < 1.15 * usual
+
+
+# ---- pace ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def paced(bank):
+    """A style whose walk goes at 0.6 m/s with 0.8 strides a second; the own one takes a stride a second at 1.2 m/s."""
+    style = bank["other"]
+    bank._styles["slow"] = replace(style, gait=style.gait._replace(
+        movements=("walk",), root_velocities=np.array([[0.0, 0.6, 0.0]]), cadences=np.array([0.8])))
+    stylizer = LiveStylizer(bank)
+    speed, rate = bank["slow"].gait.pace_of("walk", bank["neutral"].gait)
+    return stylizer, np.array([speed / 1.3, rate])
+
+
+def asked_pace(stylizer, walk, style, frames=60, gait="walk"):
+    history = RingBuffer()
+    stylizer.restart()
+    for pose in walk[:frames]:
+        history.push(pose)
+        stylizer.step(history.window(), pose, style)
+    return np.array(stylizer.pace((gait,)))
+
+
+def test_legs_set_the_pace_of_their_style_as_far_as_they_wear_it(paced, walk):
+    stylizer, pace = paced
+    assert np.abs(pace - 1).max() > 0.05
+    both = {"left_leg": ("slow", 1.0), "right_leg": ("slow", 1.0)}
+    np.testing.assert_allclose(asked_pace(stylizer, walk, both), pace, atol=1e-3)
+    np.testing.assert_allclose(asked_pace(stylizer, walk, {leg: ("slow", 0.4) for leg in both}), 1 + 0.4 * (pace - 1), atol=1e-3)
+    np.testing.assert_allclose(asked_pace(stylizer, walk, {leg: ("slow", 1.5) for leg in both}), pace, atol=1e-3)
+    np.testing.assert_allclose(asked_pace(stylizer, walk, {"left_leg": ("slow", 1.0)}), 1 + 0.5 * (pace - 1), atol=1e-3)
+    np.testing.assert_allclose(asked_pace(stylizer, walk, {leg: ("neutral", 1.0, "slow", 0.3) for leg in both}),
+                               1 + 0.3 * (pace - 1), atol=1e-3)
+
+
+@pytest.mark.parametrize("style, gait", [({}, "walk"), ({"spine": ("slow", 1.0), "left_arm": ("slow", 1.0)}, "walk"),
+                                         ({"left_leg": ("neutral", 1.0)}, "walk"), ({"left_leg": ("slow", 1.0)}, "run")])
+def test_arms_the_own_style_and_what_no_clip_shows_leave_the_pace_alone(paced, walk, style, gait):
+    np.testing.assert_array_equal(asked_pace(paced[0], walk, style, 40, gait), 1.0)
+
+
+def test_each_of_a_crowd_has_its_own_pace(paced, walk):
+    stylizer, pace = paced
+    crowd, history = stylizer.crowd(3), RingBuffer()
+    legs = {"left_leg": ("slow", 1.0), "right_leg": ("slow", 1.0)}
+    for pose in walk[:60]:
+        poses = Pose.stacked([pose] * 3)
+        history.push(poses)
+        crowd.step(history.window(), poses, [legs, {}, legs])
+    speed, rate = crowd.pace(("walk", "walk", "run"))
+    np.testing.assert_allclose(np.stack([speed, rate], axis=1), [pace, (1, 1), (1, 1)], atol=1e-3)
+    np.testing.assert_allclose(crowd.leg_strengths(), [(1, 1), (0, 0), (1, 1)], atol=1e-3)
+
+
+def test_a_style_learned_anew_under_the_same_name_has_its_own_pace(paced, walk):
+    stylizer, pace = paced
+    legs = {"left_leg": ("slow", 1.0), "right_leg": ("slow", 1.0)}
+    asked_pace(stylizer, walk, legs)
+    slow = stylizer.bank["slow"]
+    stylizer.bank._styles["slow"] = replace(slow, gait=slow.gait._replace(cadences=np.array([1.1])))
+    assert asked_pace(stylizer, walk, legs)[1] == pytest.approx(1.1, abs=1e-3) != pace[1]
