@@ -78,7 +78,8 @@ class FakeCrowd:
 
     def step(self, *asked) -> Pose:
         asked = [values.each if isinstance(values, Commands) else values for values in asked if not isinstance(values, Pace)]
-        return Pose.stacked([one.step(*(values[i] for values in asked)) for i, one in enumerate(self.each)])
+        return Pose.stacked([one.step(*(values if isinstance(values, float) else values[i] for values in asked))
+                             for i, one in enumerate(self.each)])
 
 
 def fake_session(stylizer=None, latency=None) -> Session:

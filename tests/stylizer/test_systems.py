@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from safetensors.torch import save_file
 
 from sim import rotations as rot
 from sim.features import clip_features
@@ -411,3 +412,18 @@ class Shifted:
 
     def refresh(self):
         pass
+
+
+def test_codes_of_another_controller_are_refused_in_one_sentence(bank):
+    path = bank.bundled / codes.FOLDER / f"{bank.name}.safetensors"
+    header, tensors = weights.read(path)
+    save_file(tensors, path, header | {"controller": "another"})
+    with pytest.raises(ValueError, match=f"{bank.name}.safetensors was computed for another controller: .*styles capture'$"):
+        CodeBank(bank.name, bank.bundled, bank.user)
+
+
+def test_the_own_style_of_a_system_changes_nothing_bit_for_bit(bank, poses):
+    from stylizer.whole_body_live import WholeBodyStylizer
+    worn = dict.fromkeys(PART_NAMES, ("neutral", 1.0))
+    for styled, neutral in zip(live_stream(WholeBodyStylizer, bank, poses[:24], worn), poses):
+        assert np.array_equal(styled.rotations, neutral.rotations) and np.array_equal(styled.hips, neutral.hips)
