@@ -14,6 +14,7 @@ from sim.gait import HARMONICS, airborne_share, cadence, fit_cycle, movement_of,
 from sim.ramps import smooth_step
 from sim.skeleton import JOINT_COUNT
 from stylizer.blend import Style
+from stylizer.configs import KEY_POSES
 from stylizer.layers import PartStyle
 from stylizer.stride_residual import stride_residual
 
@@ -195,18 +196,26 @@ class StyleClips:
         weights = torch.atleast_2d(weights)
         counting = weights.any(dim=0).nonzero()[:, 0]
         mixed = weights[:, counting] @ self._flat[counting]
-        return {level: PartStyle(*(part.unflatten(1, shape).transpose(0, 1) for part, shape in zip(parts, shapes)))
-                for (level, shapes), parts in zip(self._shapes.items(), self._split(mixed))}
+        nearest = weights.argmax(dim=1)
+        return {level: PartStyle(*(t[:, nearest] for t in part)) for level, part in self.features.items()} | {
+            level: PartStyle(*(part.unflatten(1, shape).transpose(0, 1) for part, shape in zip(parts, shapes)))
+            for (level, shapes), parts in zip(self._shapes.items(), self._split(mixed))}
+
+    @cached_property
+    def _interpolated(self) -> Style:
+        """The levels that are interpolated: the key poses, where there are some. Of the others, which add little beside them and
+        are many more numbers, the nearest clip's are taken."""
+        return {KEY_POSES: self.features[KEY_POSES]} if KEY_POSES in self.features else self.features
 
     @cached_property
     def _shapes(self) -> dict[int, list[tuple[int, ...]]]:
         """By level the shapes, without the batch axis, of a PartStyle's fields."""
-        return {level: [(t.shape[0], *t.shape[2:]) for t in part] for level, part in self.features.items()}
+        return {level: [(t.shape[0], *t.shape[2:]) for t in part] for level, part in self._interpolated.items()}
 
     @cached_property
     def _flat(self) -> Tensor:
         """(n, N): each clip's features one after the other, so that clips are interpolated by a single product."""
-        return torch.cat([t.transpose(0, 1).flatten(1) for part in self.features.values() for t in part], dim=1)
+        return torch.cat([t.transpose(0, 1).flatten(1) for part in self._interpolated.values() for t in part], dim=1)
 
     def _split(self, flat: Tensor) -> list[list[Tensor]]:
         """(B, N) -> by level the fields of a PartStyle, flat."""

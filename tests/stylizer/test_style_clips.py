@@ -9,6 +9,7 @@ import torch
 from sim.clip import FPS, Clip
 from sim.features import clip_features
 from sim.gait import cycle_at, stride_phase
+from stylizer.configs import KEY_POSES
 from stylizer.layers import PartStyle
 from stylizer.style_clips import (
     BODY,
@@ -89,7 +90,7 @@ def style(count: int) -> StyleClips:
         return PartStyle(*(torch.from_numpy(rng.normal(size=(5, count, *shape)).astype(np.float32)) for shape in shapes))
 
     velocities = dict(list(VELOCITIES.items())[:count])
-    return StyleClips({0: part((7,), (9,), (0, 3), (0, 3)), 2: part((4,), (4,), (6, 4), (6, 5))}, gait_of(velocities))
+    return StyleClips({KEY_POSES: part((7,), (9,), (0, 3), (0, 3)), 2: part((4,), (4,), (6, 4), (6, 5))}, gait_of(velocities))
 
 
 def test_a_style_at_a_clips_velocity_is_that_clip_to_the_last_bit():
@@ -100,14 +101,21 @@ def test_a_style_at_a_clips_velocity_is_that_clip_to_the_last_bit():
                 assert ours.shape == (5, 1, *theirs.shape[2:]) and torch.equal(ours[:, 0], theirs[:, place])
 
 
-def test_in_between_it_is_the_mean_by_weights_for_one_velocity_or_many():
+@pytest.mark.parametrize("key_poses", [True, False])
+def test_in_between_it_is_the_mean_by_weights_for_one_velocity_or_many(key_poses):
+    """Of a network with key poses those; its other levels are the nearest clip's. Of one without, all levels."""
     clips, velocities = style(5), np.random.default_rng(3).uniform(-1, 2, (6, 3))
+    if not key_poses:
+        clips = replace(clips, features={level + 1: part for level, part in clips.features.items()})
     together = clips.at(velocities)
     for place, (velocity, weights) in enumerate(zip(velocities, clips.gait.weights(velocities))):
         for level, part in clips.at(velocity).items():
-            for one, many, theirs in zip(part, together[level], clips.features[level]):
+            for one, many, theirs in zip(part, together[level], clips.features[level], strict=True):
                 assert torch.allclose(one[:, 0], many[:, place], atol=1e-5)
-                assert np.allclose(one[:, 0], np.tensordot(theirs.double().numpy(), weights, axes=(1, 0)), atol=1e-5)
+                if key_poses and level != KEY_POSES:
+                    assert torch.equal(one[:, 0], theirs[:, int(weights.argmax())])
+                else:
+                    assert np.allclose(one[:, 0], np.tensordot(theirs.double().numpy(), weights, axes=(1, 0)), atol=1e-5)
 
 
 def test_codes_are_interpolated_alike():
