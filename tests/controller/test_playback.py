@@ -125,7 +125,7 @@ def test_a_crowd_with_mixed_rates_moves_as_each_would_alone(controller):
 def test_a_longer_stride_goes_farther_and_is_the_same_motion(controller, walk, stride):
     """The network does not see how far styled legs carry the root: neither its pose nor its next frame changes by it."""
     controller.restart()
-    for frame, own in enumerate(walk[:90]):
+    for own in walk[:90]:
         pose = controller.step(WALK, Pace(1.0, 1.0, stride))
         np.testing.assert_allclose(pose.hips - pose.root_position, own.hips - own.root_position, atol=1e-6)
         np.testing.assert_allclose(pose.rotations, own.rotations, atol=1e-5)

@@ -130,8 +130,8 @@ def legs_at(root: np.ndarray, yaw: float, along: np.ndarray, lift: np.ndarray, h
 
 
 def walking(frame: int, root: np.ndarray, ratio: float, yaw: float = 0.0, hips: float = NEUTRAL_HIPS, ahead: float = 0.0):
-    """A neutral pose whose planted feet go back as fast as SPEED goes forward, and a styled one with strides `ratio` as long, the
-    hips as high as that, its feet so far `ahead`."""
+    """A neutral pose whose planted feet go back as fast as SPEED goes forward, and a styled one with strides `ratio` as long,
+    the hips as high as that, its feet so far `ahead`."""
     u = (frame / STRIDE_FRAMES + np.array([0.0, 0.5])) % 1
     swing = np.where(u < STANCE, 1 - 2 * u / STANCE, -np.cos((u - STANCE) / (1 - STANCE) * np.pi))
     lift = np.where(u < STANCE, 0.0, 0.08 * np.sin((u - STANCE) / (1 - STANCE) * np.pi))
@@ -142,8 +142,8 @@ def walking(frame: int, root: np.ndarray, ratio: float, yaw: float = 0.0, hips: 
 
 
 def carried(ratio: float, legs: float, pace: bool, frames: int = 480, **styled):
-    """A session without a controller: the root goes as far as the strides carry it. The lock, planted ankles' speeds over the floor
-    in metres a second and the way gone each frame, both from the fourth second on."""
+    """A session without a controller: the root goes as far as the strides carry it. The lock's strides, planted ankles' speeds
+    over the floor in metres a second and the scale of each frame, both from the fourth second on."""
     lock, root, before, slides, steps = FootLock(), np.zeros(3), None, [], []
     way = rot.rotate(rot.from_yaw(styled.get("yaw", 0.0)), np.array([0.0, 0.0, 1.0]))
     for frame in range(frames):

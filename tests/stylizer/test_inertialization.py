@@ -59,7 +59,8 @@ def test_neither_place_nor_speed_jumps(apart):
         return Y * (0.001 * (frame - SWITCH) if frame < SWITCH else 0.2 * apart)
 
     ours, shift = drawn(turns, shifts)
-    alone, alone_shift = drawn(lambda frame: about(Z, apart * (frame >= SWITCH)), lambda frame: 0.2 * apart * Y * (frame >= SWITCH))
+    alone, alone_shift = drawn(lambda frame: about(Z, apart * (frame >= SWITCH)),
+                               lambda frame: 0.2 * apart * Y * (frame >= SWITCH))
     rates, alone_rates = (steps(each)[:, 0, 2] for each in (ours, alone))
     assert rot.to_rotation_vector(rot.multiply(turns(SWITCH), rot.inverse(turns(SWITCH - 1))))[0, 2] > 0.29, "a jump is asked for"
     assert rates[SWITCH - 1] == pytest.approx(0.02, abs=0.003 * (1 + apart)), "that frame goes on as those before it"

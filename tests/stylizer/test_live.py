@@ -181,7 +181,8 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
 
 def test_a_part_of_a_crowd_is_asked_for_in_every_frame(bank, walk, monkeypatch):
     asked, ask = [], LiveStylizer._decoder
-    monkeypatch.setattr(LiveStylizer, "_decoder", lambda self, windows, ones, which: asked.append(ones) or ask(self, windows, ones, which))
+    monkeypatch.setattr(LiveStylizer, "_decoder",
+                        lambda self, windows, ones, which: asked.append(ones) or ask(self, windows, ones, which))
     stylizer, history = LiveStylizer(bank).crowd(4), RingBuffer()
     for frame, pose in enumerate(walk[:9]):
         poses = Pose.stacked([pose] * 4)

@@ -23,10 +23,11 @@ LATER = 4.5  # seconds after the ten that were captured began, in which the fres
 AT_A_MOVEMENT, IN_BETWEEN = 3.0, 6.0  # degrees that a joint's mean rotation may be off
 SPEEDS = (0.4, 0.65, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0), (2.5, 3.0, 3.5)  # of walks and runs that are captured
 HALFWAY = [(a + b) / 2 for speeds in SPEEDS for a, b in zip(speeds, speeds[1:])]
-# Known to fail, and why. The controller takes up to fifteen seconds to come to how it holds itself for good, and five windows are no
-# whole number of strides: with SETTLE_SECONDS 15 and WINDOWS 9 none of the first is off by more than 2.4 degrees.
+# Known to fail, and why. The controller takes up to fifteen seconds to come to how it holds itself for good, and five windows
+# are no whole number of strides: with SETTLE_SECONDS 15 and WINDOWS 9 none of the first is off by more than 2.4 degrees.
 UNSETTLED = {"walk_0.4", "walk_0.65", "walk_0.85", "run_2.5", "run_3.5", "back_0.4", "strafe_left_0.85", "strafe_left_1.15",
-             "strafe_right_0.4", "strafe_right_0.65", "turn_left_0.8", "turn_left_1.2", "turn_right_0.4", "turn_right_1.2", "spin_left"}
+             "strafe_right_0.4", "strafe_right_0.65", "turn_left_0.8", "turn_left_1.2", "turn_right_0.4", "turn_right_1.2",
+             "spin_left"}
 # It holds itself in several ways at one speed, some of them mirrored, and keeps to the one it came to.
 TORN = {0.525, 0.75, 1.8}
 
@@ -50,7 +51,8 @@ def controller() -> PhaseFunctionedController:
 @pytest.fixture(scope="module")
 def fresh(controller) -> dict[str | float, np.ndarray]:
     """Ten seconds of features of every movement that is captured, and of speeds halfway between two."""
-    scripts = {**own_style.MOVEMENTS, **{speed: partial(going, speed, "run" if speed > 1.3 else "walk", FORWARD) for speed in HALFWAY}}
+    halfway = {speed: partial(going, speed, "run" if speed > 1.3 else "walk", FORWARD) for speed in HALFWAY}
+    scripts = {**own_style.MOVEMENTS, **halfway}
     features = capture(controller, list(scripts.values()), SECONDS + LATER)
     return dict(zip(scripts, features[:, -SECONDS * FPS:]))
 
@@ -77,7 +79,8 @@ def degrees_off(bank: Bank, features: np.ndarray) -> np.ndarray:
     return np.degrees(np.linalg.norm(rot.to_rotation_vector(rot.multiply(own, rot.inverse(seen))), axis=-1))
 
 
-@pytest.mark.parametrize("name", [known(name, UNSETTLED, "captured before the controller has settled") for name in own_style.MOVEMENTS])
+@pytest.mark.parametrize("name", [known(name, UNSETTLED, "captured before the controller has settled")
+                                  for name in own_style.MOVEMENTS])
 def test_at_a_captured_movement_every_joint_is_held_as_the_controller_holds_it(bank, fresh, name):
     off = degrees_off(bank, fresh[name])
     assert off.max() < AT_A_MOVEMENT, f"joint {off.argmax()}"

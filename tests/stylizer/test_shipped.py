@@ -60,7 +60,8 @@ def test_nothing_whips_round_however_often_styles_are_switched(session, pace):
 
 @pytest.mark.parametrize("style", [
     "old", "proud", "happy",
-    pytest.param("musical", marks=pytest.mark.xfail(reason="the key poses' axes nearly cancel in its run, and a forearm flips", strict=True)),
+    pytest.param("musical", marks=pytest.mark.xfail(
+        reason="what is asked of a forearm turns over within a frame", strict=True)),
     pytest.param("youthful", marks=pytest.mark.xfail(reason="as musical's", strict=False))])
 def test_nothing_whips_round_in_a_steady_run(session, style):
     crowd = session.crowd(2)
@@ -92,7 +93,8 @@ def test_strength_0_is_the_session_without_a_style_bit_for_bit(session):
 
 @pytest.mark.parametrize("parts", [
     ("spine", "left_arm", "right_arm"),
-    pytest.param(PART_NAMES, marks=pytest.mark.xfail(reason="the foot lock takes legs in the own style for styled ones", strict=True))],
+    pytest.param(PART_NAMES, marks=pytest.mark.xfail(
+        reason="the foot lock takes legs in the own style for styled ones", strict=True))],
     ids=["upper body", "all"])
 def test_the_own_style_is_the_session_without_a_style_bit_for_bit(session, parts):
     plain = drawn(session, {})
