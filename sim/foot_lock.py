@@ -70,11 +70,11 @@ class FootLock:
         legs = np.minimum(legs, 1.0)
         stride = self.stride.step(styled, neutral, legs.max(axis=-1), pace)
         feet = _by_foot(styled.positions[..., CONTACT_JOINTS, :], 3) + stride[..., None, :]
-        rise = self._rise(feet, neutral, contacts, legs)
+        neutral_low = _by_foot(neutral.positions[..., CONTACT_JOINTS, 1]).min(axis=-1)
+        rise = self._rise(feet, neutral_low, contacts, legs)
         feet = feet + rise[..., None, :]
         contacts = contacts * _on_floor(feet[..., 1], legs)
         feet, turns = self.attitude.step(feet, contacts, legs)
-        neutral_low = _by_foot(neutral.positions[..., CONTACT_JOINTS, 1]).min(axis=-1)
         targets = feet[..., 0, :] + self._plant(feet, contacts, neutral_low + raised, legs)
         drop = self._drop(styled.positions[..., UP_LEG, :] + rise, targets)
         rotations = styled.rotations.copy()
@@ -83,12 +83,11 @@ class FootLock:
         body = styled.with_body(styled.hips + rise[..., 0, :] - drop[..., None] * UP, rotations)
         return replace(reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.reshape(neutral.contacts.shape))
 
-    def _rise(self, feet: np.ndarray, neutral: Pose, contacts: np.ndarray, legs: np.ndarray) -> np.ndarray:
+    def _rise(self, feet: np.ndarray, neutral_low: np.ndarray, contacts: np.ndarray, legs: np.ndarray) -> np.ndarray:
         """What the body rises by (..., 1, 3) so that it stands on the feet that carry it, ankles and toes (..., 2, 2, 3) with
         their contacts (..., 2, 2): the legs keep their bend, and the hips go up and down as the styled legs carry them. Legs
-        without a style, strengths (..., 2), leave it where the neutral one is."""
+        without a style, strengths (..., 2), leave it where the neutral one is, whose feet are so high (..., 2)."""
         bearing = smooth_step(contacts.max(axis=-1), LIFTED, PLANTED)
-        neutral_low = _by_foot(neutral.positions[..., CONTACT_JOINTS, 1]).min(axis=-1)
         error = neutral_low + legs * (TOE_HEIGHT - neutral_low) - feet[..., 1].min(axis=-1)
         lowest = error.max(axis=-1, keepdims=True)  # of two feet on the floor the one that is lower carries more
         bearing = bearing * np.exp((error - lowest) / EVEN)
@@ -145,8 +144,8 @@ class StrideScale:
         """What to add to each foot (..., 2, 3). carried: (...) how far the styled legs carry the body, 0 not at all; pace: (...)
         whether they set the pace."""
         root = neutral.root_position
-        moved = neutral.to_character(((root if self._before is None else root - self._before) * FLOOR)[..., None, :])[..., 0, :]
-        moved = moved if self._before is not None else np.zeros_like(root)
+        moved = (root - (root if self._before is None else self._before)) * FLOOR
+        moved = neutral.to_character(moved[..., None, :])[..., 0, :]
         self._before = root
         self._velocity = self._velocity + (moved / DT - self._velocity) * (1 - decay(WAY_HALFLIFE, DT))
         speed = rot.length(self._velocity)

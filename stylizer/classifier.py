@@ -83,16 +83,22 @@ def judge(kind: str, takes: Sequence[Take], folder: Path, seed: int = 0, tick: C
         torch.manual_seed(seed)
         model = Classifier(sorted({getattr(take, kind) for take in takes}))
     path = folder / f"{kind}-{_fingerprint(model, kind, takes, seed)}.safetensors"
+    return trained_once(model, path, lambda: _train(model, kind, takes, seed, tick), STEPS, tick)
+
+
+def trained_once(model: nn.Module, path: Path, train: Callable[[], object], steps: int, tick: Callable[[], object]) -> nn.Module:
+    """The model with the weights of a file, or trained, which takes `steps` steps, and kept there; ready to judge. Calls tick
+    once a step either way, `train` doing so itself."""
     if path.exists():
         model.load_state_dict(load_file(path))
-        for _ in range(STEPS):
+        for _ in range(steps):
             tick()
         return model.eval()
-    _train(model, kind, takes, seed, tick)
-    folder.mkdir(parents=True, exist_ok=True)
+    train()
+    path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as temporary:
         save_file({name: value.contiguous() for name, value in model.state_dict().items()}, temporary)
-    return model
+    return model.eval()
 
 
 def _train(model: Classifier, kind: str, takes: Sequence[Take], seed: int, tick: Callable[[], object]) -> None:

@@ -31,27 +31,20 @@ def encode_clips(model: MotionPuzzle, windows: Sequence[np.ndarray], gait: Gait,
     """A style from the windows (m, WINDOW, 21, 15) of each of its clips.
 
     own: the motion that will wear it, to whose strides its key poses are fitted; None for that motion's own style."""
-    clips = [encode(model, each) for each in windows]
-    if own and model.key_poses:
-        for place, (name, cycle) in enumerate(zip(gait.movements, gait.cycles)):
-            strides = _own_strides(model, name, own) if cycle.any() else None
-            if strides:
-                clips[place] = clips[place] | {KEY_POSES: _fitted_to(model, clips[place][KEY_POSES], cycle, *strides)}
-    return StyleClips(joined(clips), gait)
+    style = StyleClips(joined([encode(model, each) for each in windows]), gait)
+    return refit_clips(model, style, own) if own else style
 
 
 def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> StyleClips:
-    """A style as `encode_clips` made it for one motion, for another one, `own`: its key poses are fitted to that one's
-    strides."""
+    """A style, whatever motion it was made for, for another one, `own`: its key poses are fitted to that one's strides."""
     if not model.key_poses:
         return style
-    key_poses = [PartStyle(*(t[:, place:place + 1] for t in style.features[KEY_POSES]))
-                 for place in range(len(style.gait.movements))]
+    strides = {name: _own_strides(model, name, own) for name in dict.fromkeys(style.gait.movements)}
+    key_poses = []
     for place, (name, cycle) in enumerate(zip(style.gait.movements, style.gait.cycles)):
-        strides = _own_strides(model, name, own) if cycle.any() else None
-        if strides:
-            key_poses[place] = _fitted_to(model, key_poses[place], cycle, *strides)
-    return StyleClips(style.features | joined([{KEY_POSES: each} for each in key_poses]), style.gait)
+        clip = PartStyle(*(t[:, place:place + 1] for t in style.features[KEY_POSES]))
+        key_poses.append(_fitted_to(model, clip, cycle, *strides[name]) if cycle.any() and strides[name] else clip)
+    return StyleClips(style.features | joined([{KEY_POSES: clip} for clip in key_poses]), style.gait)
 
 
 @torch.inference_mode()

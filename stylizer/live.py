@@ -24,6 +24,7 @@ from stylizer.bank import Bank
 from stylizer.blend import Style, joined, put
 from stylizer.inertialization import Inertializer
 from stylizer.last_sample import live_form
+from stylizer.own_style import OWN
 from stylizer.stride_residual import played
 from stylizer.turns import (
     ARM_PARTS,
@@ -36,7 +37,6 @@ from stylizer.turns import (
     rotations_of_delta,
     unwrap,
 )
-from stylizer.own_style import OWN
 from stylizer.wearer import BODY, Wearer
 
 GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
@@ -210,13 +210,12 @@ class LiveStylizer:
         shares = np.array([wearer.shares for wearer in self.wearers])
         fresh = fresh.reshape(count, -1)
         for which in (FIRST, OTHER):
-            ones = [one for one, wearer in enumerate(self.wearers) if any(wearer.strengths)
-                    and (which == FIRST or (self.BLENDS and any(wearer.shares)))]
+            ones = [one for one, wearer in enumerate(self.wearers) if any(wearer.strengths) and self._evaluates(which, wearer)]
             if not ones:
                 continue
             base = self._content(windows[ones])
             change = self._decoded[1, which, ones] + self._in_groups(self._change, windows, ones, which)
-            change *= self._counting(windows, ones)[:, PART_OF_JOINT, None]
+            change *= self._counting(ones)[:, PART_OF_JOINT, None]
             delta = pose_delta(base + change, base)
             before = np.where(fresh[ones][..., None], raw[FIRST, ones] if which == OTHER else 0.0, raw[which, ones])
             raw[which, ones] = unwrap(delta, before)
@@ -227,7 +226,11 @@ class LiveStylizer:
         self._raw = raw.reshape(self._raw.shape)
         return result.reshape(self._raw.shape[1:])
 
-    def _counting(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+    def _evaluates(self, which: int, wearer: Wearer) -> bool:
+        """Whether a character's FIRST or OTHER styles are evaluated by themselves."""
+        return which == FIRST or (self.BLENDS and any(wearer.shares))
+
+    def _counting(self, ones: list[int]) -> np.ndarray:
         """(n, 5) how far each part changes at all: not where it wears the own style; and legs that side-step keep the
         controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
         result = np.ones((len(ones), len(PART_NAMES)))
@@ -270,7 +273,7 @@ class LiveStylizer:
         for one in due:
             self.wearers[one].move(*self._root_velocities(windows[[one]], [one])[:, 0])
         for which in (FIRST, OTHER):
-            ones = [one for one in due if which == FIRST or (self.BLENDS and any(self.wearers[one].shares))]
+            ones = [one for one in due if self._evaluates(which, self.wearers[one])]
             if ones:
                 newest[which, ones] = self._in_groups(self._decoder, windows, ones, which)
         jumps = [one for one in due if self.wearers[one].changed]

@@ -12,13 +12,12 @@ from typing import Callable, Sequence
 
 import numpy as np
 import torch
-from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from sim.atomic import replacing
 from sim.features import LAYOUT, STRIDE
 from sim.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
+from stylizer.classifier import trained_once
 from stylizer.labelled import SAMPLES, SHORTEST, Labelled, Take
 
 # Judge: which label it tells, and the joints that it sees. Arms and spine tell a style where no clip shows its legs.
@@ -117,16 +116,7 @@ def _trained(kind: str, judge: Judge, label: str, takes: Sequence[Take], folder:
             DROPOUT, SMOOTHING, NOISE, PACES,
             [(take.path.name, len(take.clip), round(float(take.clip.rotations.sum()), 3)) for take in takes]]
     path = folder / f"{kind}-{hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]}.safetensors"
-    if path.exists():
-        judge.load_state_dict(load_file(path))
-        for _ in range(STEPS):
-            tick()
-        return judge.eval()
-    _train(judge, label, takes, tick)
-    folder.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
-        save_file({name: value.contiguous() for name, value in judge.state_dict().items()}, temporary)
-    return judge.eval()
+    return trained_once(judge, path, lambda: _train(judge, label, takes, tick), STEPS, tick)
 
 
 def _train(judge: Judge, label: str, takes: Sequence[Take], tick: Callable[[], object]) -> None:
