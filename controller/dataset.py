@@ -13,6 +13,8 @@ import numpy as np
 from controller.layout import FUTURE, INPUT_SIZE, INPUT_SLICES, OFFSETS, OUTPUT_SIZE, OUTPUT_SLICES
 from controller.loops import loops
 from controller.phase import label_gait, label_phase
+from controller.posture import share_posture
+from sim import bvh
 from sim import rotations as rot
 from sim.clip import FPS, Clip, RootFrame, root_frame
 from sim.contacts import foot_contacts
@@ -23,7 +25,7 @@ from sim.skeleton import TOES
 # Clips that a neutral walker should not learn from: not locomotion, walks in a style of their own, or captures whose feet are
 # broken (CMU 69_35, the ACCAD man's runs: a foot points backward, hips run at knee height). Matched against the path.
 NOT_NEUTRAL = re.compile(
-    r"bandai-namco|Box|Lie|Crawl|Crouch|Skip|Hop|Leap|Jump|CartWheel|Random|Urban|Conversation|Wait|Look|Sway|Swing"
+    r"bandai-namco|snu-tennis|cmu13-|cmu91|cmu131|zombie|quaternius|Box|Lie|Crawl|Crouch|Skip|Hop|Leap|Jump|CartWheel|Random|Urban|Conversation|Wait|Look|Sway|Swing"
     r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR|69_35|Male1_C(0[3-9]|1)")
 HELD_OUT_SHARE = 0.1
 MINIMUM_SECONDS = 0.7
@@ -126,12 +128,33 @@ def load_neutral(path: Path) -> Clip:
     return clip
 
 
-def _load(path: Path) -> list[tuple[str, tuple]] | str:
-    """One file with its feet planted, at all its paces, as itself and mirrored, or the reason why it cannot be used."""
+def load_clips(folder: Path, workers: int = 2) -> tuple[list[Path], list[Clip]]:
+    """The files of all neutral locomotion under a folder of BVH files, and their clips, all actors in one posture.
+
+    Prints why a file is skipped. Raises ValueError if nothing can be used."""
+    with ProcessPoolExecutor(workers) as pool:
+        loaded = list(pool.map(_load, neutral_files(folder), chunksize=4))
+    for reason in loaded:
+        if isinstance(reason, str):
+            print(f"skipped {reason}", file=sys.stderr)
+    loaded = [each for each in loaded if not isinstance(each, str)]
+    if not loaded:
+        raise ValueError(f"no usable BVH file under '{folder}': put walking, running and standing clips there")
+    paths, clips, actors = zip(*loaded)
+    return list(paths), share_posture(clips, actors)
+
+
+def _load(path: Path) -> tuple[Path, Clip, tuple] | str:
+    """One file, its clip and its actor, told by folder and skeleton; or the reason why it cannot be used."""
     try:
-        clip = load_neutral(path)
+        clip, motion = load_neutral(path), bvh.read(path)
     except (ValueError, OSError) as error:
         return str(error)
+    return path, clip, (path.parent, tuple(motion.names), tuple(np.linalg.norm(motion.offsets, axis=-1).round(2)))
+
+
+def _frames(clip: Clip) -> list[tuple]:
+    """A clip with its feet planted, at all its paces, as itself and mirrored: what `frames_of` says of each."""
     kind = kind_of(clip)
     sources = [(kind, planted(clip)), *(("loop", planted(loop)) for loop in (loops(clip) if kind == "run" else ()))]
     paced = []
@@ -139,7 +162,7 @@ def _load(path: Path) -> list[tuple[str, tuple]] | str:
         speed = typical_speed(source)
         paced += [strided(source, stride).paced(pace) for pace, stride in PACES[kind]
                   if pace * stride <= 1 or pace * stride * speed < FASTEST[kind]]
-    return [(path.stem, frames_of(side)) for one in paced for side in (one, one.mirrored())]
+    return [frames_of(side) for one in paced for side in (one, one.mirrored())]
 
 
 def kind_of(clip: Clip) -> str:
@@ -174,17 +197,13 @@ def feet_can_be_trusted(clip: Clip) -> bool:
 
 
 def load_folder(folder: Path, workers: int = 2) -> Frames:
-    """All neutral locomotion under a folder of BVH files. Raises ValueError if nothing in it can be used."""
+    """The frames of all neutral locomotion under a folder of BVH files. Raises ValueError if nothing in it can be used."""
+    paths, sources = load_clips(folder, workers)
     with ProcessPoolExecutor(workers) as pool:
-        loaded = list(pool.map(_load, neutral_files(folder), chunksize=4))
-    refused = [reason for reason in loaded if isinstance(reason, str)]
-    for reason in refused:
-        print(f"skipped {reason}", file=sys.stderr)
-    clips = [clip for result in loaded if not isinstance(result, str) for clip in result]
-    if not clips:
-        raise ValueError(f"no usable BVH file under '{folder}': put walking, running and standing clips there")
-    inputs, targets, phase = (np.concatenate(parts) for parts in zip(*(data for _, data in clips)))
-    lengths = [len(data[0]) for _, data in clips]
+        made = list(pool.map(_frames, sources, chunksize=4))
+    clips = [(path.stem, frames) for path, each in zip(paths, made) for frames in each]
+    inputs, targets, phase = (np.concatenate(parts) for parts in zip(*(frames for _, frames in clips)))
+    lengths = [len(frames[0]) for _, frames in clips]
     index = np.repeat(np.arange(len(clips)), lengths)
     last = np.zeros(len(index), bool)
     last[np.cumsum(lengths) - 1] = True

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.dataset import is_held_out, load_neutral, neutral_files
+from controller.dataset import is_held_out, load_clips
 from controller.measures import STILL, joint_angles, spells
 from controller.suite import Motion
 
@@ -25,14 +25,10 @@ class RealClips:
 
     @classmethod
     def load(cls, folder: Path) -> "RealClips":
-        """Every neutral clip under a folder of BVH files, but those that training skips. Raises ValueError where that
-        leaves nothing to measure against."""
+        """Every clip under a folder of BVH files that training learns from, in the posture that it is learned in. Raises
+        ValueError where that leaves nothing to measure against."""
         held_out, idle, ranges = [], [], []
-        for path in neutral_files(folder):
-            try:
-                clip = load_neutral(path)
-            except (ValueError, OSError):
-                continue
+        for path, clip in zip(*load_clips(folder)):
             motion = Motion.of_clip(clip)
             idle += [motion[stretch] for stretch in spells(is_idle(motion), IDLE_SECONDS)]
             if is_held_out(path.stem):
