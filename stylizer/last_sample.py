@@ -22,7 +22,7 @@ KEPT = 16  # styles whose numbers are kept at hand
 
 class LiveForm:
     """A network in two halves, for the live stylizer: its decoder, which looks at half a second, and its key poses, which look at
-    one pose. Both say how features (batch, 21, 15) change, from what they are to what they are in a style."""
+    one pose. Both say what features (batch, 21, 15) are in a style, and what they are in their own."""
 
     def __init__(self, model: MotionPuzzle) -> None:
         self.model = model
@@ -36,26 +36,29 @@ class LiveForm:
         if not model.config.relative:
             (styled,) = model.decoded(motion, content, [style], last=1)
             return model.restore(styled)[:, 0].double().numpy() - windows[:, -1]
-        return self._difference(*model.decoded(motion, content, [style, own], last=1))
+        styled, rebuilt = map(self._features, model.decoded(motion, content, [style, own], last=1))
+        return styled - rebuilt
 
     @torch.inference_mode()
-    def key_poses(self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style, own: Style) -> np.ndarray:
-        """What key poses change in poses, features (batch, 21, 15), of a body that goes mean ways over the floor (batch, 3), made
-        of motion that goes its own (batch, 3); without them 0."""
+    def key_poses(self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style,
+                  own: Style) -> tuple[np.ndarray, np.ndarray]:
+        """What key poses make of the moment that poses, features (batch, 21, 15), are in: as it is in the style, of a body that
+        goes mean ways over the floor (batch, 3), and as it is in their own, of motion that goes its own (batch, 3). Without
+        key poses both are the poses."""
         key_poses, model = self.model.key_poses, self.model
         if not key_poses:
-            return np.zeros(poses.shape)
+            return poses, poses
         told = key_poses.told(model.normalize(torch.from_numpy(poses[:, None].astype(np.float32))), own[KEY_POSES])
         mean, deviation = (values[0, 0, 0, ROOT] for values in (model.mean, model.deviation))
         forward, known = known_way(ways)
         way, own_way, forward = ((torch.from_numpy(each.astype(np.float32)) - mean) / deviation
                                  for each in (ways, own_ways, forward))
         styled = key_poses(told, way, style[KEY_POSES], own[KEY_POSES], own_way, forward, torch.from_numpy(known_by_part(known)))
-        return self._difference(styled, key_poses(told, own_way, own[KEY_POSES], own[KEY_POSES]))
+        return self._features(styled), self._features(key_poses(told, own_way, own[KEY_POSES], own[KEY_POSES]))
 
-    def _difference(self, styled: torch.Tensor, rebuilt: torch.Tensor) -> np.ndarray:
-        """Of normalized motions (21, batch, 1, 15), as features (batch, 21, 15)."""
-        return (self.model.restore(styled) - self.model.restore(rebuilt))[:, 0].double().numpy()
+    def _features(self, motion: torch.Tensor) -> np.ndarray:
+        """Of normalized motion (21, batch, 1, 15): features (batch, 21, 15)."""
+        return self.model.restore(motion)[:, 0].double().numpy()
 
 
 def known_by_part(known: np.ndarray) -> np.ndarray:
@@ -105,17 +108,19 @@ class LastSample:
         styled, rebuilt = x.reshape(len(looks), len(windows), *self.mean.shape)
         return ((styled - rebuilt) * self.deviation).astype(float)
 
-    def key_poses(self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style, own: Style) -> np.ndarray:
+    def key_poses(self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style,
+                  own: Style) -> tuple[np.ndarray, np.ndarray]:
         """As LiveForm.key_poses."""
-        change = np.zeros(poses.shape)
         if not self.moments:
-            return change
-        poses = ((poses - self.mean) / self.deviation).astype(np.float32)
+            return poses, poses
+        normalized = ((poses - self.mean) / self.deviation).astype(np.float32)
         forward, known = known_way(ways)
         ways = ((np.array([ways, own_ways, forward]) - self.mean[0, ROOT]) / self.deviation[0, ROOT]).astype(np.float32)
         known = known_by_part(known).swapaxes(0, 1)
-        change[..., BODY] = self.moments(poses, ways, known, *(self._seen(look)[KEY_POSES] for look in (style, own)))
-        return change * self.deviation
+        held = np.zeros((2, *poses.shape))
+        held[..., BODY] = self.moments(normalized, ways, known, *(self._seen(look)[KEY_POSES] for look in (style, own)))
+        styled, rebuilt = held * self.deviation + self.mean
+        return styled, rebuilt
 
     def _seen(self, style: Style) -> dict[int, PartStyle]:
         """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
@@ -172,8 +177,9 @@ class _KeyPoses:
         self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, moments)
 
     def __call__(self, poses: np.ndarray, ways: np.ndarray, known: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
-        """By how much a look on normalized poses (batch, 21, 15) differs from their own: (batch, 21, 12). ways: (3, batch, 3) of
-        the body, of the poses' own motion, and what of the first translation knows, each part as far as known (batch, 5, 1)."""
+        """The moment that normalized poses (batch, 21, 15) are in, with a look and with their own: (2, batch, 21, 12). ways:
+        (3, batch, 3) of the body, of the poses' own motion, and what of the first translation knows, each part as far as known
+        (batch, 5, 1)."""
         told, scale = self._told(poses, own)[:, :, None], np.array([look.scale, own.scale])
         mean, _, here, way, code = (scale[..., field] for field in self.fields)
         ways = ways[:, :, None].repeat(len(PARTS), axis=2)
@@ -184,9 +190,8 @@ class _KeyPoses:
         moves = np.array([told @ clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own)])[..., 0, :]
         moves *= np.exp(np.minimum(np.maximum(gain, -MOST), MOST))
         trust = np.exp(-(np.square(way[0] - ways[0]) * self.wary).sum(axis=-1, keepdims=True))
-        theirs, ours = mean + shift
-        change = theirs - ours + trust * (moves[0] - moves[1])
-        return change.reshape(len(poses), -1, BODY.stop)[:, self.joints]
+        moves[0] = moves[1] + trust * (moves[0] - moves[1])
+        return (mean + shift + moves).reshape(2, len(poses), -1, BODY.stop)[:, :, self.joints]
 
     def _told(self, pose: np.ndarray, own: PartStyle) -> np.ndarray:
         """(batch, 5, moments)"""

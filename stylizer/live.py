@@ -93,7 +93,7 @@ class LiveStylizer:
         self.wearers = [Wearer(self.PERIOD, one % self.PERIOD) for one in range(count)]
         self.inertializer = Inertializer(self._leading)
         self.frame = 0
-        self._strengths = np.zeros((*self._leading, len(PART_NAMES)))
+        self._styled = np.zeros((*self._leading, len(PART_NAMES)))  # how far each part wears another style than its own
         self._paces: dict[tuple[str, str], tuple[object, np.ndarray]] = {}  # by style and gait
         # What the decoder changes: at its last evaluation, and now; of FIRST and OTHER.
         self._decoded = np.zeros((2, 2, count, JOINT_COUNT, FEATURES))
@@ -111,7 +111,8 @@ class LiveStylizer:
         for name in {name for each in styles for worn in each.values() for name in names(worn)}:
             self.bank[name]
         switching = self._together(wearer.step(each) for wearer, each in zip(self.wearers, styles, strict=True))
-        self._strengths = strengths = self._together(wearer.strengths for wearer in self.wearers)
+        strengths = self._together(wearer.strengths for wearer in self.wearers)
+        self._styled = styled = self._together(wearer.styled for wearer in self.wearers)
         self._travel = np.broadcast_to(travel, self._leading).reshape(-1)
         self.frame += 1
         if not strengths.any() and not self.inertializer.gap.any():
@@ -123,14 +124,14 @@ class LiveStylizer:
         jumping = switching[..., PART_OF_ROW] & self._was_worn
         fresh = worn & (~self._was_worn | jumping)  # these have no past to be smooth with
         self._was_worn = worn
-        delta = self._smoothed(self._deltas(window, fresh), fresh) * delta_weights(strengths)
+        delta = self._smoothed(self._deltas(window, fresh), fresh) * delta_weights(strengths, styled[..., LEG_PARTS])
         turns = self._with_residual(rotations_of_delta(delta), strengths)
         turns, shift = self.inertializer.step(turns, delta[..., -1, :], jumping)
-        return preserve_hands(apply_delta(neutral, turns, shift), neutral, strengths[..., ARM_PARTS])
+        return preserve_hands(apply_delta(neutral, turns, shift), neutral, styled[..., ARM_PARTS])
 
     def leg_strengths(self) -> np.ndarray:
         """(..., 2) how far the left and the right leg are styled now."""
-        return self._strengths[..., LEG_PARTS]
+        return self._styled[..., LEG_PARTS]
 
     def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """What the styles of the legs ask for in each character's gait: speed and playback rate of sim.pace.Pace, (...) each, 1
@@ -213,10 +214,8 @@ class LiveStylizer:
             ones = [one for one, wearer in enumerate(self.wearers) if any(wearer.strengths) and self._evaluates(which, wearer)]
             if not ones:
                 continue
-            base = self._content(windows[ones])
-            change = self._decoded[1, which, ones] + self._in_groups(self._change, windows, ones, which)
-            change *= self._counting(ones)[:, PART_OF_JOINT, None]
-            delta = pose_delta(base + change, base)
+            styled, own = self._in_groups(self._key_poses, windows, ones, which).swapaxes(0, 1)
+            delta = pose_delta(styled + self._decoded[1, which, ones], own) * self._counting(ones)[:, PART_OF_ROW, None]
             before = np.where(fresh[ones][..., None], raw[FIRST, ones] if which == OTHER else 0.0, raw[which, ones])
             raw[which, ones] = unwrap(delta, before)
         blended = np.flatnonzero(shares.any(axis=-1))
@@ -286,19 +285,18 @@ class LiveStylizer:
         groups = [list(group) for _, group in groupby(ones, lambda one: one // GROUP)]
         return np.concatenate([evaluate(windows[group], group, which) for group in groups])
 
-    def _content(self, windows: np.ndarray) -> np.ndarray:
-        """The pose, features (n, 21, 15), that is restyled: the one that is to come when the spring, which lags, has caught up,
-        so that a style's arm is forward when the neutral one is. A pose changes so steadily that its own velocity tells it."""
-        newest = windows[:, -1]
-        return newest + lag(self.SMOOTHING) * FPS / STRIDE / STEADY * (newest - windows[:, -1 - STEADY])
-
     def _decoder(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """What the decoder changes, features (n, 21, 15), at the end of windows (n, 16, 21, 15)."""
         return self._network.decoded(windows, *self._styles(ones, which))
 
-    def _change(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
-        """Likewise, what key poses change in `_content`."""
-        return self._network.key_poses(self._content(windows), *self._root_velocities(windows, ones), *self._styles(ones, which))
+    def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+        """What key poses make of the moment that is to come when the spring, which lags, has caught up, so that a style's arm is
+        forward when the neutral one is: features (n, 2, 21, 15), in what these characters wear and in their own style. A pose
+        changes so steadily that its own velocity tells what is to come."""
+        newest = windows[:, -1]
+        coming = newest + lag(self.SMOOTHING) * FPS / STRIDE / STEADY * (newest - windows[:, -1 - STEADY])
+        ways, styles = self._root_velocities(windows, ones), self._styles(ones, which)
+        return np.stack(self._network.key_poses(coming, *ways, *styles), axis=1)
 
     def _root_velocities(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
         """(2, n, 3) of these characters' bodies, and of the neutral motion that they make it from."""

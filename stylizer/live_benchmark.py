@@ -28,17 +28,30 @@ from stylizer.own_style import curving, going
 from stylizer.stride_residual import locked_part
 
 SETTLE_SECONDS, SECONDS = 3, 6  # of each movement: before it counts, and that is measured
+APPROACH_SECONDS = 2  # that another movement goes before it
 CENTI = 100
 GROUP_JOINTS = {"legs": np.flatnonzero(np.isin(PART_OF_JOINT, [PART_NAMES.index(p) for p in GROUPS["legs"]])),
                 "spine": np.flatnonzero(PART_OF_JOINT == PART_NAMES.index("spine")),
                 "arms": np.flatnonzero(np.isin(PART_OF_JOINT, [PART_NAMES.index(p) for p in GROUPS["arms"]]))}
 
+
+
+def after(approach: Callable[[int], Command], script: Callable[[int], Command], frame: int) -> Command:
+    """One movement for APPROACH_SECONDS, then the other."""
+    return approach(frame) if frame < APPROACH_SECONDS * FPS else script(frame)
+
+
+RUN, BACK = partial(going, 3.0, "run", (0.0, 1.0)), partial(going, 1.0, "walk", (0.0, -1.0))
 MOVEMENTS: dict[str, Callable[[int], Command]] = {
     **{f"walk_{speed}": partial(going, speed, "walk", (0.0, 1.0)) for speed in (0.65, 0.85, 1.0, 1.15, 1.3)},
     **{f"run_{speed}": partial(going, speed, "run", (0.0, 1.0)) for speed in (2.5, 3.0, 3.5)},
-    "back": partial(going, 1.0, "walk", (0.0, -1.0)), "strafe": partial(going, 1.0, "walk", (1.0, 0.0)),
+    "back": BACK, "strafe": partial(going, 1.0, "walk", (1.0, 0.0)),
     **{f"{gait}_pace": partial(going, GAIT_SPEEDS[gait], gait, (0.0, 1.0)) for gait in GAIT_SPEEDS},
     "turn": partial(curving, 1.0, 0.8), "stand": lambda _: Command(),
+    # A controller may move as it did before: what is drawn must not depend on it.
+    **{f"walk_{speed}_after_run": partial(after, RUN, partial(going, speed, "walk", (0.0, 1.0))) for speed in (0.65, 1.0, 1.3)},
+    "walk_1.3_after_back": partial(after, BACK, partial(going, 1.3, "walk", (0.0, 1.0))),
+    "strafe_after_run": partial(after, RUN, partial(going, 1.0, "walk", (1.0, 0.0))),
 }
 
 # What the labelled motion calls what a movement is, and of which clip of a style it is the reference; the first is its own.
@@ -78,16 +91,17 @@ class Motion:
 
 
 def play(session: Session, scripts: Sequence[Callable[[int], Command]], styles: Sequence[Mapping],
-         tick: Callable[[], object] = lambda: None, seconds: float = SECONDS, **fields) -> tuple[list[Motion], list[Motion]]:
+         tick: Callable[[], object] = lambda: None, seconds: float = SECONDS, settle: float = SETTLE_SECONDS,
+         **fields) -> tuple[list[Motion], list[Motion]]:
     """What a session draws of many characters side by side, and their neutral motion: each has a script and wears a style.
 
-    fields: what else the commands say; tick is called once a frame."""
+    seconds, after those to settle, are returned; fields: what else the commands say; tick is called once a frame."""
     crowd = session.crowd(len(scripts))
     drawn, neutral = [], []
-    for frame in range(round((SETTLE_SECONDS + seconds) * FPS)):
+    for frame in range(round((settle + seconds) * FPS)):
         commands = [script(frame) for script in scripts]
         result = crowd.step(Commands([Command(c.move, c.face, c.gait, style, **fields) for c, style in zip(commands, styles)]))
-        if frame >= SETTLE_SECONDS * FPS - STRIDE:
+        if frame >= settle * FPS - STRIDE:
             drawn.append(result.styled)
             neutral.append(result.neutral)
         tick()
@@ -174,8 +188,8 @@ def evaluate(session: Session, data_dir: Path, progress: Progress | None = None,
     progress(steps) is told how much there is to do and returns what to call once a step.
     Raises ValueError where `data_dir` lacks the labelled motion or the clips of the bundled styles."""
     files = labelled_files(data_dir)
-    frames = round((SETTLE_SECONDS + seconds) * FPS)
-    steps = sum(map(len, files.values())) + 2 * len(KINDS) * STEPS + frames * len(movements) + SWITCHES * FPS
+    frames = sum(round((settle_seconds(movement) + seconds) * FPS) for movement in movements)
+    steps = sum(map(len, files.values())) + 2 * len(KINDS) * STEPS + frames + SWITCHES * FPS
     tick = progress(steps) if progress else lambda: None
     judges = panels(labelled.load(data_dir, tick), cache_folder(), tick)
     references = references_of(data_dir, files)
@@ -183,7 +197,7 @@ def evaluate(session: Session, data_dir: Path, progress: Progress | None = None,
     rows, drawn_by_movement, neutral_by_movement, totals = [], {}, {}, {}
     for movement, script in movements.items():
         drawn, _ = play(session, [script] * (len(styles) + 1), [*map(wearing, styles), {}], tick, seconds,
-                        pace=movement.endswith("_pace"))
+                        settle_seconds(movement), pace=movement.endswith("_pace"))
         neutral = drawn.pop()
         found = [row(style, movement, motion, neutral, references[style], judges) for style, motion in zip(styles, drawn)]
         rows += found
@@ -192,6 +206,11 @@ def evaluate(session: Session, data_dir: Path, progress: Progress | None = None,
     report = {"judges": {kind: panel.held_out for kind, panel in judges.items()}, "movements": totals, "rows": rows,
               "switches": switches(session, styles, tick)}
     return Evaluation(report, drawn_by_movement, neutral_by_movement, references)
+
+
+def settle_seconds(movement: str) -> float:
+    """How long a movement of MOVEMENTS goes on before it counts."""
+    return SETTLE_SECONDS + (APPROACH_SECONDS if "_after_" in movement else 0)
 
 
 def references_of(data_dir: Path, files: Mapping[tuple[str, str], Sequence[Path]]) -> dict[str, dict[str, Reference]]:
@@ -297,7 +316,7 @@ def switches(session: Session, styles: Sequence[str], tick: Callable[[], object]
             "fastest_deg_s": float(seconds[0].max()), "farthest_cm": float(seconds[1].max())}
 
 
-COLUMNS = "{:<10} {:>5} {:>5} {:>5}  {:>17} {:>17}  {:>24} {:>17} {:>11}  {:>17}"
+COLUMNS = "{:<19} {:>5} {:>5} {:>5}  {:>17} {:>17}  {:>24} {:>17} {:>11}  {:>17}"
 
 
 def table(report: dict) -> str:

@@ -15,6 +15,8 @@ SHORTEST_LOOP = 2.5  # seconds
 LONGEST_LOOP = 16.0  # seconds
 SMOOTHING = 1.2  # samples (Gaussian sigma): what is quicker than 5 Hz is no movement but noise
 CROSS_FADE = 0.6  # seconds in which the loop's end goes over into its beginning
+SURE = 0.3  # what the mean of a joint's two axes must span, of 1, to say how the joint is turned
+PHASES = 24  # of a stride that are looked at for that
 # Legs and hips carry the body: what they do is the gait's alone.
 JOINTS = np.flatnonzero((PART_OF_JOINT >= PART_NAMES.index("spine")) & (np.arange(JOINT_COUNT) != INDEX["Hips"]))
 
@@ -24,8 +26,8 @@ def stride_residual(features: np.ndarray) -> np.ndarray | None:
     turns the movement that repeats with each stride into the captured one. None for a clip too short for a loop."""
     if len(features) < SHORTEST_LOOP * FPS:
         return None
-    axes = features[..., LAYOUT["rotation"]]
-    locked = locked_part(axes, stride_phase(features))
+    axes, phase = features[..., LAYOUT["rotation"]], stride_phase(features)
+    locked = locked_part(axes, None) if phase is None else cycle_at(steadied(fit_cycle(axes, phase)), phase)
     turns = rot.to_rotation_vector(rot.multiply(rot.from_6d(axes[:, JOINTS]), rot.inverse(rot.from_6d(locked[:, JOINTS]))))
     loop = np.zeros((len(features), JOINT_COUNT, 3))
     loop[:, JOINTS] = rot.unwrap(turns)
@@ -38,6 +40,18 @@ def locked_part(signal: np.ndarray, phase: np.ndarray | None) -> np.ndarray:
     if phase is None:
         return np.broadcast_to(signal.mean(axis=0), signal.shape)
     return cycle_at(fit_cycle(signal, phase), phase)
+
+
+def steadied(cycle: np.ndarray) -> np.ndarray:
+    """The cycle (coefficients, 21, 6) of joints' axes, at rest for joints whose mean turn is unsure at some phase.
+
+    The mean of turns that lie far apart has short axes. Where they cancel, the joint would turn over within a frame."""
+    axes = cycle_at(cycle, np.linspace(0, 2 * np.pi, PHASES, endpoint=False))
+    unsure = (rot.length(rot.cross(axes[..., :3], axes[..., 3:]))[..., 0] < SURE).any(axis=0)
+    result = cycle.copy()
+    result[1:, unsure] = 0.0
+    result[0, unsure] = rot.to_6d(rot.from_6d(cycle[0, unsure]))
+    return result
 
 
 def _closed(loop: np.ndarray) -> np.ndarray:

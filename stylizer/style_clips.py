@@ -16,7 +16,7 @@ from sim.skeleton import JOINT_COUNT
 from stylizer.blend import Style
 from stylizer.configs import KEY_POSES
 from stylizer.layers import PartStyle
-from stylizer.stride_residual import stride_residual
+from stylizer.stride_residual import steadied, stride_residual
 
 BODY = slice(0, LAYOUT["root"].start)  # the features that are not the root's way
 WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
@@ -157,7 +157,12 @@ def no_cycles(count: int) -> np.ndarray:
 def _cycle(features: np.ndarray) -> np.ndarray:
     """The cycle of one clip's features (frames, 21, 15)."""
     phase = stride_phase(features)
-    return no_cycles(1)[0] if phase is None else fit_cycle(features[..., BODY], phase)
+    if phase is None:
+        return no_cycles(1)[0]
+    cycle = fit_cycle(features[..., BODY], phase)
+    cycle[..., LAYOUT["rotation"]] = steadied(cycle[..., LAYOUT["rotation"]])
+    return cycle
+
 
 
 def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:

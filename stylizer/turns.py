@@ -29,12 +29,12 @@ def pose_delta(styled: np.ndarray, content: np.ndarray) -> np.ndarray:
     return delta
 
 
-def delta_weights(strengths: np.ndarray) -> np.ndarray:
+def delta_weights(strengths: np.ndarray, legs: np.ndarray | None = None) -> np.ndarray:
     """(..., 22, 3) what a delta is scaled by, from the strengths (..., 5) of the parts. How high the hips are is the legs' doing:
-    as much as both of them are styled."""
+    as much as both of them are styled, (..., 2), None for as much as their strengths say."""
     result = np.empty((*strengths.shape[:-1], len(PART_OF_ROW), 3))
     result[:] = strengths[..., PART_OF_ROW, None]
-    result[..., HIPS_ROW, 1] = strengths[..., LEG_PARTS].min(axis=-1)
+    result[..., HIPS_ROW, 1] = (strengths[..., LEG_PARTS] if legs is None else legs).min(axis=-1)
     return result
 
 

@@ -40,6 +40,11 @@ class Wearer:
         return [part.strength for part in self.parts]
 
     @property
+    def styled(self) -> list[float]:
+        """Of the five parts: the strength, as far as it is that of another style than the own one."""
+        return [part.strength * part.foreign for part in self.parts]
+
+    @property
     def shares(self) -> list[float]:
         """Of the five parts: how far each is on the way from its style to the other one."""
         return [part.share for part in self.parts]
@@ -100,11 +105,11 @@ class Wearer:
 
 class _Part:
     """What one body part wears: a style, the other one it is blended with (itself if none), share and strength of these on
-    their way to the wanted ones."""
+    their way to the wanted ones, and how far what it wears is not the own style."""
 
     def __init__(self) -> None:
         self.name = self.other = OWN
-        self.strength = self.velocity = self.share = self.share_rate = 0.0
+        self.strength = self.velocity = self.share = self.share_rate = self.foreign = self.foreign_rate = 0.0
 
     def step(self, worn: Worn | None) -> bool:
         """One frame; whether the style was switched. A part let go keeps its style until it has faded."""
@@ -112,9 +117,13 @@ class _Part:
                                         (*worn, self.other, 0.0) if worn else (self.name, 0.0, self.other, self.share))
         switched = name != self.name or (other != self.other and self.share > 0)
         self.name, self.other = name, other
+        foreign = (1 - share) * (name != OWN) + share * (other != OWN)
         if switched or not self.strength or abs(share - self.share) < GONE:  # a switch is smoothed, so the share need not be
             self.share, self.share_rate = share, 0.0
+        if not self.strength or abs(foreign - self.foreign) < GONE:
+            self.foreign, self.foreign_rate = foreign, 0.0
         self.share, self.share_rate = spring_step(self.share, self.share_rate, share, STRENGTH_HALFLIFE, DT)
+        self.foreign, self.foreign_rate = spring_step(self.foreign, self.foreign_rate, foreign, STRENGTH_HALFLIFE, DT)
         switched = switched and self.strength > 0
         self.strength, self.velocity = spring_step(self.strength, self.velocity, strength, STRENGTH_HALFLIFE, DT)
         if strength == 0 and self.strength < GONE:

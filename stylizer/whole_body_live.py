@@ -56,13 +56,9 @@ class WholeBodyStylizer(LiveStylizer):
         past = np.stack([sample.reshape(-1, *sample.shape[-2:])[ones] for sample in list(self._past)[::STRIDE]], axis=1)
         return np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, ones)])
 
-    def _content(self, windows: np.ndarray) -> np.ndarray:
-        """The newest pose: nothing tells these systems what is to come."""
-        return windows[:, -1]
-
-    def _change(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+    def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """These systems have no key poses."""
-        return np.zeros((len(ones), *windows.shape[2:]))
+        return windows[:, [-1, -1]]
 
     def _last(self, past: np.ndarray, wearer: Wearer) -> np.ndarray:
         """By how much the last sample (21, 15) of a character's past (T, 21, 15) changes, each part as the answer in its own

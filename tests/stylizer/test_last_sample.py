@@ -49,11 +49,13 @@ def test_its_two_halves_are_the_network_up_to_rounding(name, change):
         windows, style, own = rng.normal(size=(len(looks), 16, 21, 15)), joined(looks), for_batch(styles[0], len(looks))
         windows[..., ROOT] = np.array([0.0, 1.0, 0.0]) * rng.uniform(0.6, 2.0, size=(len(looks), 16, 1, 1))
         live, ways = live_form(model), windows[:, :, 0, ROOT].mean(axis=1)
-        ours = live.decoded(windows, style, own) + live.key_poses(windows[:, -1], ways, ways, style, own)
+        styled, rebuilt = live.key_poses(windows[:, -1], ways, ways, style, own)
+        ours = live.decoded(windows, style, own) + styled - rebuilt
         assert np.abs(ours - changed(model, windows, style, own)).max() < 1e-4
         assert np.abs(ours).max() > 0.01
-        nowhere = live.key_poses(windows[:, -1], ways, ways, own, own)
-        assert nowhere.shape == windows[:, -1].shape and np.abs(nowhere).max() < 1e-6  # in their own style, or without key poses
+        styled, rebuilt = live.key_poses(windows[:, -1], ways, ways, own, own)
+        assert styled.shape == rebuilt.shape == windows[:, -1].shape
+        assert np.abs(styled - rebuilt).max() < 1e-6, "in their own style, or without key poses"
     assert LastSample.fits(model.config) == (name in ("slim", "no_key_poses"))
 
 
@@ -67,9 +69,9 @@ def test_the_quick_form_is_the_plain_one_up_to_rounding_whatever_way_the_body_go
     style, own = joined([styles[1], styles[2]] * 3), for_batch(styles[0], 6)
     own_ways = np.array([(0, 1.3, 0), (0, -0.8, 0), (0.9, 0.1, 0), (0, 0, 1.5), (0.02, 0.05, 0), (-0.7, 0.7, -0.5)], dtype=float)
     ways = own_ways * np.array([[0.6], [1.0], [1.2], [1.0], [1.0], [0.8]])
-    answers = [(form.decoded(windows, style, own), form.key_poses(windows[:, -1], ways, own_ways, style, own),
-                form.key_poses(windows[:, -1], own_ways, own_ways, style, own)) for form in (quick, plain)]
+    answers = [(form.decoded(windows, style, own), *form.key_poses(windows[:, -1], ways, own_ways, style, own),
+                *form.key_poses(windows[:, -1], own_ways, own_ways, style, own)) for form in (quick, plain)]
     for ours, theirs in zip(*answers):
         assert np.abs(ours - theirs).max() < 1e-4
-    elsewhere, same = (np.abs(answers[0][1] - answers[0][2])[place].max() for place in (0, 1))
+    elsewhere, same = (np.abs(answers[0][1] - answers[0][3])[place].max() for place in (0, 1))
     assert same == 0 and (elsewhere > 1e-3) == bool(model.key_poses), "it matters how fast the body goes"

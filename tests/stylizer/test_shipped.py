@@ -92,10 +92,7 @@ def test_strength_0_is_the_session_without_a_style_bit_for_bit(session):
 
 
 @pytest.mark.parametrize("parts", [
-    ("spine", "left_arm", "right_arm"),
-    pytest.param(PART_NAMES, marks=pytest.mark.xfail(
-        reason="the foot lock takes legs in the own style for styled ones", strict=True))],
-    ids=["upper body", "all"])
+    ("spine", "left_arm", "right_arm"), PART_NAMES], ids=["upper body", "all"])
 def test_the_own_style_is_the_session_without_a_style_bit_for_bit(session, parts):
     plain = drawn(session, {})
     for pace in (True, False):

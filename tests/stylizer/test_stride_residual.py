@@ -8,8 +8,9 @@ import pytest
 from sim import rotations as rot
 from sim.clip import FPS
 from sim.features import STRIDE, clip_features
+from sim.gait import cycle_at, fit_cycle
 from sim.skeleton import INDEX, JOINT_COUNT, PARTS
-from stylizer.stride_residual import CROSS_FADE, JOINTS, LONGEST_LOOP, locked_part, played, stride_residual
+from stylizer.stride_residual import CROSS_FADE, JOINTS, LONGEST_LOOP, locked_part, played, steadied, stride_residual
 from tests.sim.walker import CYCLE, planted_clip, walking_clip
 
 ARM, HEAD = INDEX["LeftForeArm"], INDEX["Head"]
@@ -97,3 +98,17 @@ def test_a_loop_is_played_at_60_hz_round_and_round():
 def test_the_locked_part_without_strides_is_the_mean():
     signal = np.random.default_rng(0).normal(size=(50, 3))
     np.testing.assert_array_equal(locked_part(signal, None), np.broadcast_to(signal.mean(axis=0), (50, 3)))
+
+
+def test_a_joint_that_turns_all_round_in_its_own_time_rests_in_the_cycle():
+    """Its mean axes all but cancel: as a cycle they would turn over where they pass through nothing."""
+    phase = np.linspace(0, 10 * np.pi, 600)
+    turns = np.zeros((600, JOINT_COUNT, 3))
+    turns[:, 1, 0] = 0.5 * np.sin(phase)
+    turns[:, 2, 0] = 1.9 * np.sin(0.37 * phase) + 0.3 * np.sin(phase)
+    cycle = fit_cycle(rot.to_6d(rot.from_rotation_vector(turns)), phase)
+    steady = steadied(cycle)
+    assert np.linalg.norm(cycle_at(cycle, phase)[:, 2, :3], axis=-1).min() < 0.3
+    assert not steady[1:, 2].any()
+    np.testing.assert_allclose(np.linalg.norm(steady[0, 2].reshape(2, 3), axis=-1), 1.0)
+    np.testing.assert_array_equal(steady[:, [0, 1]], cycle[:, [0, 1]])
