@@ -14,7 +14,7 @@ from controller.dataset import Frames, load_folder, neutral_files
 from controller.layout import GAITS, INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.losses import Skeleton, losses_of, way_over_floor
 from controller.network import PhaseFunctionedNetwork
-from controller.weights import MODEL, save
+from controller.weights import MODEL, fingerprint, load, save
 from sim.atomic import replacing
 from sim.skeleton import JOINT_COUNT
 from sim.sources import commit, credit
@@ -28,17 +28,21 @@ ROLLOUTS = ((0.0, 1), (0.1, 4), (0.3, 8))  # from which share of the time on, ro
 POSE_SCALE = 0.3  # joint inputs are scaled down so that the trajectory matters (Holden et al. 2017 take 0.1)
 POSE_NOISE = 0.1  # standard deviations, on the pose a rollout starts from
 TRAJECTORY_NOISE = 0.02  # metres and direction units: the stick's wish is never quite a real future
+STARTED = 0.3  # share of the schedule that weights to start from have behind them
 HALF_PRECISION_UNTIL = 0.8  # share of the time that runs in bf16 where the chip multiplies it faster
 CHECKPOINT_SECONDS = 180
 
 
-def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1) -> Path:
+def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1,
+          start: Path | None = None) -> Path:
     """Trains on every neutral clip under data_dir and writes weights, checkpoint and curve under out_dir.
 
     Stops after `minutes` of training in all; `resume` goes on from the checkpoint exactly where it stopped, random numbers
-    included. Returns the weight file's path. Raises ValueError where the folder holds nothing to learn from."""
+    included; `start` is a weight file to begin with instead of chance. Returns the weight file's path. Raises ValueError where
+    the folder holds nothing to learn from."""
     out_dir.mkdir(parents=True, exist_ok=True)
-    trainer = Trainer(_cached(data_dir, out_dir / "frames.npz"), seed)
+    begun = load(start.stem, start.parent) if start else None
+    trainer = Trainer(_cached(data_dir, out_dir / "frames.npz"), seed, start=begun)
     checkpoint = out_dir / "checkpoint.pt"
     if resume:
         trainer.restore(checkpoint)
@@ -54,7 +58,7 @@ def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = Fal
                 saved = trainer.spent
                 trainer.log(curve)
                 trainer.keep(checkpoint)
-                _save_weights(trainer, out_dir, data_dir, minutes)
+                _save_weights(trainer, out_dir, data_dir, minutes, start)
     plot_curve(curve)
     return out_dir / f"{MODEL}.safetensors"
 
@@ -62,11 +66,15 @@ def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = Fal
 class Trainer:
     """Network, optimiser, random numbers and clock: everything that a resumed run needs."""
 
-    def __init__(self, frames: Frames, seed: int = 1, hidden: int = 512) -> None:
+    def __init__(self, frames: Frames, seed: int = 1, hidden: int = 512, start: PhaseFunctionedNetwork | None = None) -> None:
+        """start: a trained network to begin with, whose size counts."""
         torch.manual_seed(seed)
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.random = np.random.default_rng(seed)
-        self.network = PhaseFunctionedNetwork(hidden)
+        self.network = PhaseFunctionedNetwork(start.hidden if start else hidden)
+        if start:
+            self.network.load_state_dict(start.state_dict())
+        self.begun = STARTED if start else 0.0
         set_statistics(self.network, frames)
         self.network.to(self.device)
         self.average = torch.optim.swa_utils.AveragedModel(
@@ -83,6 +91,7 @@ class Trainer:
     def update(self, progress: float) -> dict[str, float]:
         """One step of the optimiser; progress 0..1 sets rollout length and learning rate. Returns the losses by name."""
         start = time.perf_counter()
+        progress = self.begun + (1 - self.begun) * progress
         decay = max(0.0, (progress - DECAY_FROM) / (1 - DECAY_FROM))
         self.optimizer.param_groups[0]["lr"] = LEARNING_RATE * (
             LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + math.cos(math.pi * min(decay, 1.0))))
@@ -148,7 +157,7 @@ class Trainer:
     def keep(self, path: Path) -> None:
         """Writes the checkpoint: a complete file or none."""
         state = {"network": self.network.state_dict(), "average": self.average.state_dict(),
-                 "optimizer": self.optimizer.state_dict(), "spent": self.spent,
+                 "optimizer": self.optimizer.state_dict(), "spent": self.spent, "begun": self.begun,
                  "random": self.random.bit_generator.state, "torch_random": torch.get_rng_state()}
         with replacing(path) as temporary:
             torch.save(state, temporary)
@@ -160,7 +169,7 @@ class Trainer:
         state = torch.load(path, weights_only=True)
         for name in ("network", "average", "optimizer"):
             getattr(self, name).load_state_dict(state[name])
-        self.spent = state["spent"]
+        self.spent, self.begun = state["spent"], state["begun"]
         self.random.bit_generator.state = state["random"]
         torch.set_rng_state(state["torch_random"])
 
@@ -218,10 +227,12 @@ def _cached(data_dir: Path, cache: Path) -> Frames:
     return frames
 
 
-def _save_weights(trainer: Trainer, out_dir: Path, data_dir: Path, minutes: float) -> None:
+def _save_weights(trainer: Trainer, out_dir: Path, data_dir: Path, minutes: float, start: Path | None = None) -> None:
     credits = f"trained on {credit(data_dir, neutral_files(data_dir))}"
-    save(trainer.average.module.cpu(), out_dir / f"{MODEL}.safetensors", licence=credits,
-         command=f"patchwalk train controller --minutes {minutes:g}", commit=commit())
+    origin = {"started_from": fingerprint(start.stem, start.parent)} if start else {}
+    command = f"patchwalk train controller --minutes {minutes:g}" + (f" --start {start.name}" if start else "")
+    save(trainer.average.module.cpu(), out_dir / f"{MODEL}.safetensors", licence=credits, command=command, commit=commit(),
+         **origin)
     trainer.average.module.to(trainer.device)
 
 

@@ -20,6 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--steps", type=positive(int), metavar="N",
                         help="stylizer only: stop after so many steps, however long they take, to compare networks")
     parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the output folder")
+    parser.add_argument("--start", type=Path, metavar="FILE",
+                        help="controller only: weights to begin with, as controller/weights/pfnn.safetensors")
     parser.add_argument("--out", type=Path, metavar="DIR",
                         help="where weights, checkpoint and curve go (default: runs/MODEL)")
     parser.add_argument("--network", metavar="NAME",
@@ -49,10 +51,16 @@ def run(args: argparse.Namespace) -> int:
     if chosen and args.model != "stylizer":
         wrong = next(iter(chosen)).replace("_", "-")
         raise ValueError(f"the {args.model} has one form, one recipe and its clock: leave --{wrong} out")
+    if args.start and args.model != "controller":
+        raise ValueError("only the controller starts from weights: leave --start out")
+    if args.start and not args.start.is_file():
+        raise ValueError(f"there is no weight file {args.start}: name one with --start, or leave it out")
     if args.minutes and args.steps:
         raise ValueError("training stops after some minutes or after some steps: leave --minutes or --steps out")
     if args.minutes is not None:
         chosen["minutes"] = args.minutes
+    if args.start:
+        chosen["start"] = args.start
     weights = importlib.import_module(f"{args.model}.train").train(args.data, out, resume=args.resume, **chosen)
     print(f"wrote {weights}", flush=True)
     if args.model == "controller":

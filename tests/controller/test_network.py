@@ -84,6 +84,16 @@ def test_training_learns_a_walk_and_a_resumed_run_goes_on_exactly(tmp_path, monk
     assert [resumed.update(0.2)["loss"] for _ in range(20)] == rest
 
 
+def test_training_goes_on_from_other_weights_in_the_statistics_of_its_own_data():
+    frames = tiny_frames()
+    begun = Trainer(frames, hidden=32).network
+    frames.inputs += 1.0
+    trainer = Trainer(frames, seed=2, start=begun)
+    assert trainer.network.hidden == 32 and trainer.begun > 0
+    torch.testing.assert_close(dict(trainer.network.named_parameters()), dict(begun.named_parameters()), rtol=0, atol=0)
+    torch.testing.assert_close(trainer.network.input_mean, begun.input_mean + 1.0, rtol=1e-4, atol=1e-4)
+
+
 def test_weights_come_back_and_those_made_for_something_else_are_refused(tmp_path, monkeypatch):
     network = PhaseFunctionedNetwork(hidden=16)
     weights.save(network, tmp_path / "pfnn.safetensors", licence="none")

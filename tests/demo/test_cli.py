@@ -75,6 +75,8 @@ MISTAKES = {
     "train controller --data nowhere": "there is no folder nowhere",
     "train controller --data a_folder": "holds no BVH files",
     "train controller --minutes soon": "soon",
+    "train controller --data clips --start nowhere.safetensors": "there is no weight file nowhere.safetensors",
+    "train stylizer --data clips --start nowhere.safetensors": "only the controller starts from weights",
     "train controller --data clips --resume --out a_folder": "a_folder holds no run to go on with",
     "train controller --data clips --out a_run": "a_run holds a run already",
 }

@@ -20,7 +20,7 @@ from stylizer.offline import looks, stylize
 FASTEST, FARTHEST = 1500, 0.15  # degrees a second that a joint turns, metres that it moves in a frame about the root
 STYLES = "old", "proud", "sad", "marching", "angry", "not-confident", "soldier", "childish"
 SWITCHES, APART = 30, 30  # and frames between two
-SLOW = Path("/work/shared/cases/arms_raised_slowly.bvh")
+SLOW = Path(__file__).parents[3] / "shared" / "cases" / "arms_raised_slowly.bvh"
 FORWARD = (0.0, 1.0)
 
 
