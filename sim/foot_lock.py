@@ -15,7 +15,7 @@ from sim.vectors import FLOOR, UP, limited
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
 HEIGHT_HALFLIFE = 0.05  # seconds, for a foot's way to the floor
-RISE_HALFLIFE = 0.04  # seconds, for the height of a body on the feet that carry it
+RISE_HALFLIFE = 0.05  # seconds, for the height of a body on the feet that carry it
 DROP_HALFLIFE = 0.03  # seconds, for hips that sink to let a leg reach
 # Metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower; of neutral legs, of styled ones.
 CLEARANCE, STYLED_CLEARANCE = 0.055, 0.05
@@ -38,6 +38,7 @@ SETTLING_SECONDS, SETTLING_HEIGHT = 0.35, 0.03  # how long a settling step takes
 LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
 LONGEST_TURN = 0.03  # metres that its toe is held back at most, about 12 degrees; past that a flat foot pivots
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
+SOFT = 0.003  # metres that a leg may still be stretched when the hips begin to sink for it: a straight knee would pop
 REACH = 0.9995  # share of the leg's length that is used
 
 UP_LEG, _, FOOT = LEGS
@@ -74,7 +75,7 @@ class FootLock:
         rise = self._rise(feet, neutral_low, contacts, legs)
         feet = feet + rise[..., None, :]
         contacts = contacts * _on_floor(feet[..., 1], legs)
-        feet, turns = self.attitude.step(feet, contacts, legs)
+        feet, turns = self.attitude.step(feet, contacts)
         targets = feet[..., 0, :] + self._plant(feet, contacts, neutral_low + raised, legs)
         drop = self._drop(styled.positions[..., UP_LEG, :] + rise, targets)
         rotations = styled.rotations.copy()
@@ -87,12 +88,12 @@ class FootLock:
         """What the body rises by (..., 1, 3) so that it stands on the feet that carry it, ankles and toes (..., 2, 2, 3) with
         their contacts (..., 2, 2): the legs keep their bend, and the hips go up and down as the styled legs carry them. Legs
         without a style, strengths (..., 2), leave it where the neutral one is, whose feet are so high (..., 2)."""
-        bearing = smooth_step(contacts.max(axis=-1), LIFTED, PLANTED)
-        error = neutral_low + legs * (TOE_HEIGHT - neutral_low) - feet[..., 1].min(axis=-1)
+        error = neutral_low + legs * (TOE_HEIGHT - neutral_low) - feet[..., 1].min(axis=-1) - self.rise[..., None]
+        # A foot that pushes off leaves the floor by itself: only one that is flat on it draws the body down.
+        bearing = smooth_step(np.where(error > 0, contacts.max(axis=-1), contacts.min(axis=-1)), LIFTED, PLANTED)
         lowest = error.max(axis=-1, keepdims=True)  # of two feet on the floor the one that is lower carries more
         bearing = bearing * np.exp((error - lowest) / EVEN)
-        total = bearing.sum(axis=-1)
-        wanted = np.where(total > 0, (bearing * error).sum(axis=-1) / np.maximum(total, 1e-9), self.rise)
+        wanted = self.rise + (bearing * error).sum(axis=-1) / np.maximum(bearing.sum(axis=-1), 1.0)
         self.rise, self.rise_rate = spring_step(self.rise, self.rise_rate, wanted, RISE_HALFLIFE, DT)
         return self.rise[..., None, None] * UP
 
@@ -112,7 +113,8 @@ class FootLock:
         clearance = CLEARANCE + legs * (STYLED_CLEARANCE - CLEARANCE)
         as_neutral = np.minimum(np.maximum(neutral_low, TOE_HEIGHT), clearance)
         to_clear = np.maximum(as_neutral, TOE_HEIGHT + swinging * (clearance - TOE_HEIGHT)) - low
-        wanted = np.maximum(to_clear, 0.0) * (1 - planted) + to_floor * planted
+        flat = smooth_step(contacts.min(axis=-1), LIFTED, PLANTED)
+        wanted = np.maximum(to_clear, 0.0) * (1 - planted) + np.maximum(to_floor, 0.0) * (planted - flat) + to_floor * flat
         self.height, self.height_rate = spring_step(self.height, self.height_rate, wanted, HEIGHT_HALFLIFE, DT)
         up = np.maximum(self.height, to_floor - 0.5 * TOE_HEIGHT)  # the spring may lag, the floor may not be pierced
         return slip + up[..., None] * UP
@@ -120,7 +122,7 @@ class FootLock:
     def _drop(self, hips: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """How far (...) the hips sink so that legs from (..., 2, 3) reach ankles at (..., 2, 3)."""
         missing = height_missing(hips, targets, REACH * LEG_LENGTH).max(axis=-1)
-        wanted = np.minimum(np.maximum(missing, 0.0), LONGEST_DROP)
+        wanted = np.minimum(SOFT * np.logaddexp(0.0, missing / SOFT), LONGEST_DROP)
         self.drop, self.drop_rate = spring_step(self.drop, self.drop_rate, wanted, DROP_HALFLIFE, DT)
         return self.drop
 
@@ -183,19 +185,17 @@ class _HeldBack:
 
 
 class _Attitude:
-    """A foot whose ankle and toe are both planted does not turn on the floor; when one lifts, what was held back fades out."""
+    """A foot whose ankle and toe are both planted does not pivot on the floor; when one lifts, what was held back fades out. Its
+    heel rises as it comes: who holds it down pulls a leg that is straight."""
 
     def __init__(self) -> None:
         self.foot: np.ndarray | None = None  # (..., 2, 3), from ankle to toe, as it came in the last frame
         self.turned = _HeldBack(LONGEST_TURN)  # what the toe of each foot is held back
 
-    def step(self, feet: np.ndarray, contacts: np.ndarray, legs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Ankles and toes (..., 2, 2, 3) with the toes put back, and the turn of each foot (..., 2, 4) that does it.
-
-        Of legs styled as far as (..., 2) the heel rises when the style says so: their feet do not pivot, and that is all."""
+    def step(self, feet: np.ndarray, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Ankles and toes (..., 2, 2, 3) with the toes put back, and the turn of each foot (..., 2, 4) that does it."""
         foot = feet[..., 1, :] - feet[..., 0, :]
-        against = (foot if self.foot is None else self.foot) - foot
-        against = against * (1 - legs[..., None] * UP)
+        against = ((foot if self.foot is None else self.foot) - foot) * FLOOR
         self.foot = foot
         held = self.turned.step(against, smooth_step(contacts.min(axis=-1), ROLLING, FLAT))
         turns = rot.between(foot, foot + held)
