@@ -9,7 +9,7 @@ import torch  # noqa: E402
 from controller.runtime import PhaseFunctionedController  # noqa: E402
 from sim.latency import Latency  # noqa: E402
 from sim.session import Session  # noqa: E402
-from stylizer import catalogue, own_style  # noqa: E402
+from stylizer import catalogue  # noqa: E402
 
 gc.freeze()
 gc.enable()
@@ -25,9 +25,7 @@ def build_session(stylizer: str | None = None, latency: Latency | None = None) -
     # A frame is too little work for a second thread, and one thread adds in one order: same input, same motion.
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)  # numbers near zero, as at strength 0, cost a hundred times more otherwise
-    controller, live_stylizer = PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer)
-    own_style.check(live_stylizer.own_of, controller.fingerprint)
-    session = Session(controller, live_stylizer, latency)
+    session = Session(PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer), latency)
     gc.collect()
     gc.freeze()  # what start-up left is here to stay: the collector need not walk it between two frames
     return session

@@ -12,19 +12,16 @@ class Stylizers:
 
     def next(self) -> str:
         """Goes on to the next one; its name. Raises ValueError, and changes nothing, where there is no other or it is broken."""
-        from stylizer import catalogue, own_style
+        from stylizer import catalogue
         current = self._session.stylizer
         bank, names = getattr(current, "bank", None), catalogue.names()
         if bank is None or len(names) < 2:
             raise ValueError("there is no other stylizer: `patchwalk train stylizer --network NAME` makes one")
         self._ready[bank.name] = current
         name = names[(names.index(bank.name) + 1) % len(names)] if bank.name in names else names[0]
-        if name not in self._ready:
-            stylizer = catalogue.from_pretrained(name)
-            own_style.check(stylizer.own_of, getattr(self._session.controller, "fingerprint", None))
-            self._ready[name] = stylizer
-        self._ready[name].take_over(current)
-        self._session.stylizer = self._ready[name]
+        self._session.stylizer = stylizer = self._ready.get(name) or catalogue.from_pretrained(name)
+        self._ready[name] = stylizer
+        stylizer.take_over(current)
         return name
 
     @property

@@ -59,10 +59,19 @@ class Frame:
     styled: Pose
 
 
+def check_own_style(own_of: str | None, controller: str | None) -> None:
+    """Raises ValueError where the own style, which is taken off the live motion, is that of another controller than the one that
+    runs: fingerprints of weights, None for one that does not say."""
+    if own_of is not None and controller is not None and own_of != controller:
+        raise ValueError("the own style was captured from another controller than the one that runs: "
+                         "run 'patchwalk styles capture' to capture it again, or reinstall Patchwalk")
+
+
 class Session:
     """The whole line but its two ends. A step is 1/60 s of simulated time, always; no clock is read inside."""
 
     def __init__(self, controller: Controller, stylizer: Stylizer, latency: Latency | None = None) -> None:
+        """Raises ValueError where the stylizer's own style is that of another controller."""
         self.controller = controller
         self.stylizer = stylizer
         self.latency = latency or Latency()
@@ -70,6 +79,16 @@ class Session:
 
     def _begin(self) -> None:
         self.history, self.foot_lock, self.pace = RingBuffer(), FootLock(), PaceFollower()
+
+    @property
+    def stylizer(self) -> Stylizer:
+        """What restyles the motion; another one that is set goes on from the next frame."""
+        return self._stylizer
+
+    @stylizer.setter
+    def stylizer(self, stylizer: Stylizer) -> None:
+        check_own_style(getattr(stylizer, "own_of", None), getattr(self.controller, "fingerprint", None))
+        self._stylizer = stylizer
 
     def restart(self) -> None:
         """Back to standing at the start point, as a new session would with the same models, and at once.

@@ -88,10 +88,3 @@ def write(folder: Path, motion: OwnMotion, model: MotionPuzzle, fingerprint: str
               "source": "the controller's own motion, by root velocity"}
     style_file.write(folder / f"{OWN}.safetensors", OWN, encode_clips(model, motion.windows, motion.gait), header, motion.windows,
                      phases=np.concatenate(motion.phases))
-
-
-def check(own_of: str | None, controller: str | None) -> None:
-    """Raises ValueError where the own style is that of another controller. None stands for one that does not say."""
-    if own_of is not None and controller is not None and own_of != controller:
-        raise ValueError("the own style was captured from another controller than the one that runs: "
-                         "run 'patchwalk styles capture' to capture it again, or reinstall Patchwalk")

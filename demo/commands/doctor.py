@@ -53,10 +53,11 @@ def _controller() -> str:
 
 def _stylizer() -> str:
     from controller import weights
-    from stylizer import catalogue, own_style
+    from sim.session import check_own_style
+    from stylizer import catalogue
     stylizers = {name: catalogue.from_pretrained(name) for name in catalogue.names()}
     for stylizer in stylizers.values():
-        own_style.check(stylizer.own_of, weights.fingerprint())
+        check_own_style(stylizer.own_of, weights.fingerprint())
     shipped, *others = stylizers
     also = f"; also there: {', '.join(others)}" * bool(others)
     return ("loaded; they match this skeleton, feature layout and controller; "

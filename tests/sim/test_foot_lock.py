@@ -273,7 +273,7 @@ def test_styled_legs_of_a_crowd_are_locked_each_as_alone():
 
 
 def test_a_foot_that_pushes_off_is_not_pulled_down():
-    """Feet whose toes alone bear and rise by 2 cm: those of a flat foot would be brought to the floor, these stay with the legs."""
+    """Feet whose toes alone bear, and rise by 2 cm: flat ones would be brought to the floor, these go with the legs."""
     lifts = np.linspace(0.0, 0.02, 30)
     rolling, flat = (run([standing(lift=lift, contacts=contacts) for lift in lifts]) for contacts in ((0, 1, 0, 1), (1, 1, 1, 1)))
     assert flat[-1].positions[CONTACT_JOINTS[1], 1] < TOE_HEIGHT + 0.012

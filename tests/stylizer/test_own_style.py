@@ -1,5 +1,6 @@
 """The own style is what the shipped controller does, movement by movement and in between, and belongs to its weights alone."""
 
+import copy
 from functools import partial
 
 import numpy as np
@@ -13,9 +14,11 @@ from sim.clip import FPS
 from sim.command import Command
 from sim.features import LAYOUT, STRIDE
 from sim.gait import cadence, movement_of, stride_phase
+from sim.session import Session, check_own_style
 from stylizer import own_style
 from stylizer.bank import Bank
 from stylizer.configs import KEY_POSES
+from stylizer.live import LiveStylizer
 from stylizer.own_style import FORWARD, OWN, SECONDS, SETTLE_SECONDS, capture, capture_motion, going
 from stylizer.style_clips import WINDOW
 
@@ -155,17 +158,17 @@ def test_a_capture_waits_until_the_controller_has_got_there(controller):
 
 def test_the_shipped_own_style_is_the_shipped_controllers(bank, controller):
     assert bank.controller == controller.fingerprint == controller_weights.fingerprint()
-    own_style.check(bank.controller, controller.fingerprint)
+    check_own_style(bank.controller, controller.fingerprint)
 
 
 @pytest.mark.parametrize("own_of, controller", [(None, "a"), ("a", None), ("a", "a")])
 def test_who_does_not_say_is_believed(own_of, controller):
-    own_style.check(own_of, controller)
+    check_own_style(own_of, controller)
 
 
 def test_the_own_style_of_another_controller_is_refused_in_one_sentence():
     with pytest.raises(ValueError) as refusal:
-        own_style.check("a", "b")
+        check_own_style("a", "b")
     sentence = str(refusal.value)
     assert sentence.startswith("the own style was captured from another controller") and "patchwalk styles capture" in sentence
     assert "\n" not in sentence and ". " not in sentence
@@ -176,3 +179,12 @@ def test_a_session_refuses_the_own_style_of_another_controller(monkeypatch):
     monkeypatch.setattr("controller.weights.fingerprint", lambda *_: "another")
     with pytest.raises(ValueError, match="^the own style was captured from another controller"):
         assemble.build_session()
+
+
+def test_a_session_of_models_that_do_not_belong_together_is_refused(bank, controller):
+    stylizer = LiveStylizer(bank)
+    assert Session(controller, stylizer).stylizer is stylizer
+    other = copy.copy(controller)
+    other.fingerprint = "another"
+    with pytest.raises(ValueError, match="captured from another controller"):
+        Session(other, stylizer)

@@ -81,7 +81,8 @@ def drawn(session: Session, style, pace: bool = False) -> list[Pose]:
 
 
 def equal(one: list[Pose], other: list[Pose]) -> bool:
-    return all(np.array_equal(a.rotations, b.rotations) and np.array_equal(a.hips, b.hips) for a, b in zip(one, other, strict=True))
+    return all(np.array_equal(a.rotations, b.rotations) and np.array_equal(a.hips, b.hips)
+               for a, b in zip(one, other, strict=True))
 
 
 def test_strength_0_is_the_session_without_a_style_bit_for_bit(session):
