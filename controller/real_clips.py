@@ -28,7 +28,11 @@ class RealClips:
         """Every clip under a folder of BVH files that training learns from, in the posture that it is learned in. Raises
         ValueError where that leaves nothing to measure against."""
         held_out, idle, ranges = [], [], []
-        for path, clip in zip(*load_clips(folder)):
+        try:
+            loaded = load_clips(folder)
+        except ValueError:
+            loaded = ((), ())
+        for path, clip in zip(*loaded):
             motion = Motion.of_clip(clip)
             idle += [motion[stretch] for stretch in spells(is_idle(motion), IDLE_SECONDS)]
             if is_held_out(path.stem):

@@ -12,6 +12,7 @@ ARCHIVES = {
     "cmu69": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",
     "snu-biped": "SNU Movement Research Lab (MIT)",
     "snu-styles": "SNU Movement Research Lab (Apache-2.0)",
+    "o3de": "Open 3D Engine Contributors (Apache-2.0 or MIT)",
     "100style-neutral": "100STYLE, Ian Mason (CC BY 4.0)",
     CONTROLLER: "motion of Patchwalk's own controller (as its weights)",
     "bandai-namco": "Bandai-Namco Research Motiondataset, Bandai Namco Research Inc. (CC BY-NC 4.0: non-commercial use only)",

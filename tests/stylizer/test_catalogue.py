@@ -89,11 +89,3 @@ def test_the_window_goes_through_the_stylizers_and_back(package, walk_file):
     assert stylizers.next() == "slim" and session.stylizer is first and "learned" in first.styles
     with pytest.raises(ValueError, match="no other stylizer"):
         Stylizers(Standing(object())).next()
-
-
-def test_a_stylizer_with_the_own_style_of_another_controller_is_not_changed_to(package):
-    session = Standing(catalogue.from_pretrained(), "another")
-    before = session.stylizer
-    with pytest.raises(ValueError, match="^the own style was captured from another controller .* run 'patchwalk styles capture'"):
-        Stylizers(session).next()
-    assert session.stylizer is before
