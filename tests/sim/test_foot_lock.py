@@ -150,7 +150,8 @@ def carried(ratio: float, legs: float, pace: bool, frames: int = 480, **styled):
         neutral, worn, contacts = walking(frame, root, ratio, **styled)
         feet = worn.positions[[3, 7]] + lock.stride.step(worn, neutral, np.array(legs), pace)
         if frame > 240:
-            slides += [np.linalg.norm((feet - before[0])[foot][[0, 2]]) * 60 for foot in (0, 1) if contacts[foot] and before[1][foot]]
+            slides += [np.linalg.norm((feet - before[0])[foot][[0, 2]]) * 60
+                       for foot in (0, 1) if contacts[foot] and before[1][foot]]
             steps.append(float(lock.stride.scale))
         before = feet, contacts
         root = root + way * SPEED / 60 * float(lock.stride.scale)
