@@ -25,7 +25,7 @@ from stylizer.style_clips import RUN_SPEEDS, SHORTEST, WINDOW, Gait, Movement, O
 
 OWN = "neutral"  # the name of the own style: what untouched parts wear
 SETTLE_SECONDS, SECONDS = 6, 10  # of each movement: before it counts, and that it is looked at
-WINDOWS = 5  # that are kept of each movement
+WINDOWS = 9  # that are kept of each movement
 FORWARD = 0.0, 1.0
 
 
