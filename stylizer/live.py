@@ -269,8 +269,9 @@ class LiveStylizer:
         the work, and windows that interleave (their samples are two frames apart) do not tremble against each other."""
         due = [one for one, wearer in enumerate(self.wearers) if wearer.due()]
         newest, now = self._decoded
-        for one in due:
-            self.wearers[one].move(*self._root_velocities(windows[[one]], [one])[:, 0])
+        for one, wearer in enumerate(self.wearers):
+            if any(wearer.strengths) and wearer.moving:
+                wearer.move(*self._root_velocities(windows[[one]], [one])[:, 0])
         for which in (FIRST, OTHER):
             ones = [one for one in due if self._evaluates(which, self.wearers[one])]
             if ones:

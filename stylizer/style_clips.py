@@ -201,10 +201,25 @@ class StyleClips:
         weights = torch.atleast_2d(weights)
         counting = weights.any(dim=0).nonzero()[:, 0]
         mixed = weights[:, counting] @ self._flat[counting]
-        nearest = weights.argmax(dim=1)
-        return {level: PartStyle(*(t[:, nearest] for t in part)) for level, part in self.features.items()} | {
+        return self._nearest(tuple(weights.argmax(dim=1).tolist())) | {
             level: PartStyle(*(part.unflatten(1, shape).transpose(0, 1) for part, shape in zip(parts, shapes)))
             for (level, shapes), parts in zip(self._shapes.items(), self._split(mixed))}
+
+    def _nearest(self, clips: tuple[int, ...]) -> Style:
+        """The levels that are not interpolated, of a batch whose contents go most as these clips do. A lone one's are the same
+        objects each time, so that who puts styles together sees what has not changed."""
+        if len(clips) == 1 and clips in self._seen:
+            return self._seen[clips]
+        result = {level: PartStyle(*(t[:, list(clips)] for t in part)) for level, part in self.features.items()
+                  if level not in self._interpolated}
+        if len(clips) == 1:
+            self._seen[clips] = result
+        return result
+
+    @cached_property
+    def _seen(self) -> dict[tuple[int, ...], Style]:
+        """What `_nearest` has found, by its clip."""
+        return {}
 
     @cached_property
     def _interpolated(self) -> Style:

@@ -14,6 +14,7 @@ from stylizer.own_style import OWN
 
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 GONE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
+PARTS_KEPT = 3  # combinations of styles whose parts are kept: what is worn, what it is blended with, the own style
 SAME_VELOCITY = 0.01  # metres a second, radians a second: styles are not interpolated anew for less
 BODY, NEUTRAL = 0, 1  # whose root velocity
 DT = 1 / FPS
@@ -33,6 +34,7 @@ class Wearer:
         # (2, 3) that styles are interpolated for: of the body, and of the neutral motion, whose own style is taken off.
         self.root_velocities = np.full((2, 3), np.inf)
         self._kept: dict[tuple, Style] = {}  # styles at that velocity, by the names that the five parts wear
+        self._parts: dict[tuple, tuple[list[Style], Style]] = {}  # of the last velocities: each part's style, and all in one
 
     @property
     def strengths(self) -> list[float]:
@@ -79,6 +81,12 @@ class Wearer:
         self._evaluated, self.waited, self._until = wanted, 0 if due else self.waited + 1, self._until - 1
         return due
 
+    @property
+    def moving(self) -> bool:
+        """Whether this is a frame, of those between two evaluations the middle one, in which styles are interpolated anew: both in
+        one frame would be twice the work of any other."""
+        return self.changed or self.waited == self.period // 2
+
     def move(self, body: np.ndarray, neutral: np.ndarray) -> None:
         """From now on styles are those of a body that moves at a root velocity (3,), the own style that of a neutral motion that
         moves at another (3,)."""
@@ -99,8 +107,17 @@ class Wearer:
     def _style(self, bank: Bank, names: tuple[str, ...], whose: int) -> Style:
         if (names, whose) not in self._kept:
             each = {name: bank[name].at(self.root_velocities[whose]) for name in dict.fromkeys(names)}
-            self._kept[names, whose] = side_by_side([each[name] for name in names])
+            self._kept[names, whose] = self._side_by_side((names, whose), [each[name] for name in names])
         return self._kept[names, whose]
+
+    def _side_by_side(self, key: tuple, styles: list[Style]) -> Style:
+        """The five parts' styles in one. Levels that have not changed since the last time are not put together again."""
+        before, result = self._parts.get(key, (styles, {}))
+        changed = [level for level in styles[0] if level not in result
+                   or any(style[level] is not old[level] for style, old in zip(styles, before))]
+        result = result | side_by_side([{level: style[level] for level in changed} for style in styles])
+        self._parts = dict([*self._parts.items()][-PARTS_KEPT:]) | {key: (styles, result)}
+        return result
 
 
 class _Part:
