@@ -5,6 +5,8 @@ from typing import Sequence
 import numpy as np
 import torch
 
+from sim import rotations as rot
+from sim.features import LAYOUT
 from sim.gait import cycle_at
 from stylizer.blend import joined
 from stylizer.configs import KEY_POSES
@@ -12,6 +14,7 @@ from stylizer.layers import PartStyle
 from stylizer.motion_puzzle import MotionPuzzle
 from stylizer.style_clips import BODY, Gait, OwnMotion, StyleClips
 
+FAR_APART = 0.5  # of the area that the two axes of a joint, halfway between two clips, span where the clips agree
 TOKEN_WINDOWS = 3  # windows of a clip that attention looks at: as many for every clip, so that different styles stack
 
 
@@ -44,7 +47,20 @@ def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> Style
     for place, (name, cycle) in enumerate(zip(style.gait.movements, style.gait.cycles)):
         clip = PartStyle(*(t[:, place:place + 1] for t in style.features[KEY_POSES]))
         key_poses.append(_fitted_to(model, clip, cycle, *strides[name]) if cycle.any() and strides[name] else clip)
-    return StyleClips(style.features | joined([{KEY_POSES: clip} for clip in key_poses]), style.gait)
+    fitted = joined([{KEY_POSES: clip} for clip in key_poses])[KEY_POSES]
+    return StyleClips(style.features | {KEY_POSES: _reconciled(model, fitted, style.gait)}, style.gait)
+
+
+def _reconciled(model: MotionPuzzle, style: PartStyle, gait: Gait) -> PartStyle:
+    """Key poses of n clips in which clips that show one movement hold every joint alike enough to be interpolated: a joint that
+    they hold in turns far apart, as who dances with the arms does, is taken from the first of them in all."""
+    for place, name in enumerate(gait.movements):
+        first = gait.movements.index(name)
+        halfway = gait.cycles[[first, place], 0][..., LAYOUT["rotation"]].mean(axis=0)
+        joints = rot.length(rot.cross(halfway[:, :3], halfway[:, 3:]))[:, 0] < FAR_APART
+        if first < place and joints.any() and gait.cycles[place].any():
+            style = model.key_poses.take_joints(style, place, first, torch.from_numpy(joints))
+    return style
 
 
 @torch.inference_mode()

@@ -108,6 +108,15 @@ class KeyPoses(nn.Module):
         table = style.bias.unflatten(2, (told.shape[3], -1))
         return style._replace(bias=_fitted(table, told, self._by_part(poses) - mean).flatten(2))
 
+    def take_joints(self, style: PartStyle, to: int, source: int, joints: Tensor) -> PartStyle:
+        """The key poses of n clips, with those of some joints (21,) bool in clip `to` replaced by those in clip `source`."""
+        taken = self._by_part(joints[:, None, None, None].expand(-1, 1, 1, BODY.stop).float())[:, 0, 0] > 0.5  # (5, n 12)
+        scale, table = style.scale.clone(), style.bias.unflatten(2, (self.moments.shape[1], -1)).clone()
+        table[:, to] = torch.where(taken[:, None], table[:, source], table[:, to])
+        for field, mask in ((self.fields.mean, taken), (self.fields.deviation, taken), (self.fields.here, taken.repeat(1, 2))):
+            scale[:, to, field] = torch.where(mask, scale[:, source, field], scale[:, to, field])
+        return style._replace(scale=scale, bias=table.flatten(2))
+
     def _by_part(self, values: Tensor) -> Tensor:
         """(21, B, T, 12) -> (5, B, T, n 12)"""
         return self.parts.split(values).permute(0, 2, 3, 1, 4).flatten(3)

@@ -8,7 +8,7 @@ import torch
 
 from sim.features import clip_features
 from stylizer import key_poses
-from stylizer.blend import interpolated, mix_parts
+from stylizer.blend import interpolated, joined, mix_parts
 from stylizer.configs import KEY_POSES, SLIM
 from stylizer.key_poses import BODY, KeyPoses
 from stylizer.motion_puzzle import MotionPuzzle
@@ -137,3 +137,19 @@ def test_parts_that_keep_their_own_style_are_not_touched_by_the_others():
     styled, rebuilt = model(clip(samples=16), mix_parts(own, other, arm), own)
     moved = (styled - rebuilt).abs().amax(dim=(1, 2, 3)) > 1e-6  # the network itself begins with nothing to add
     assert set(torch.nonzero(moved).flatten().tolist()) <= set(range(13, 17)) and moved.any()
+
+
+@torch.inference_mode()
+def test_a_joint_that_is_taken_from_another_clip_is_held_and_moves_as_there_and_no_other_does(poses):
+    first, other = poses.style_side(clip()), poses.style_side(clip(shift=0.3, scale=1.4))
+    both = joined([{KEY_POSES: first}, {KEY_POSES: other}])[KEY_POSES]
+    joints = torch.zeros(21, dtype=torch.bool)
+    joints[[4, 12, 15]] = True
+    mended = poses.take_joints(both, 1, 0, joints)
+    motion = clip()
+    answers = []
+    for style in (first, other, type(mended)(*(t[:, 1:] for t in mended))):
+        answers.append(put_on(poses, motion, style, first)[..., BODY])
+    torch.testing.assert_close(answers[2][joints], answers[0][joints], atol=1e-5, rtol=1e-5)
+    torch.testing.assert_close(answers[2][~joints], answers[1][~joints], atol=1e-5, rtol=1e-5)
+    assert (answers[0] - answers[1])[joints].abs().max() > 0.1

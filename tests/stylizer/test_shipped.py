@@ -58,11 +58,7 @@ def test_nothing_whips_round_however_often_styles_are_switched(session, pace):
     assert turning < FASTEST and moving < FARTHEST
 
 
-@pytest.mark.parametrize("style", [
-    "old", "proud", "happy",
-    pytest.param("musical", marks=pytest.mark.xfail(
-        reason="what is asked of a forearm turns over within a frame", strict=True)),
-    pytest.param("youthful", marks=pytest.mark.xfail(reason="as musical's", strict=False))])
+@pytest.mark.parametrize("style", ["old", "proud", "happy", "musical", "youthful"])
 def test_nothing_whips_round_in_a_steady_run(session, style):
     crowd = session.crowd(2)
     commands = [Command((0.0, speed / 3.5), FORWARD, "run", wearing(style), pace) for speed, pace in ((2.5, True), (3.5, False))]
