@@ -83,8 +83,8 @@ class Wearer:
 
     @property
     def moving(self) -> bool:
-        """Whether styles are interpolated anew in this frame: midway between two evaluations, for both in one frame would be twice
-        the work of any other."""
+        """Whether styles are interpolated anew in this frame: midway between two evaluations, for both at once would be twice the
+        work of any other frame."""
         return self.changed or self.waited == self.period // 2
 
     def move(self, body: np.ndarray, neutral: np.ndarray) -> None:
