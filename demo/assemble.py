@@ -6,10 +6,10 @@ from pathlib import Path
 gc.disable()  # torch makes a hundred thousand objects, all to stay: walking them while they come costs a fifth of the start
 import torch  # noqa: E402
 
-from controller.runtime import PhaseFunctionedController  # noqa: E402
+from controller.runtime.controller import PhaseFunctionedController  # noqa: E402
 from sim.latency import Latency  # noqa: E402
 from sim.session import Session  # noqa: E402
-from stylizer import catalogue  # noqa: E402
+from stylizer.runtime import catalogue  # noqa: E402
 
 gc.freeze()
 gc.enable()

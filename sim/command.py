@@ -5,7 +5,7 @@ from typing import Mapping, Sequence
 
 import numpy as np
 
-from sim.worn import Worn
+from sim.style_spec import Worn
 
 GAIT_SPEEDS = {"walk": 1.3, "run": 3.5}  # metres a second at full stick
 

@@ -5,13 +5,13 @@ from typing import Mapping, Protocol, Sequence
 
 import numpy as np
 
+from sim.body.pose import Pose
 from sim.command import Command, Commands
-from sim.foot_lock import FootLock
+from sim.feet.foot_lock import FootLock
 from sim.latency import Latency
-from sim.pace import OWN_PACE, Pace, PaceFollower
-from sim.pose import Pose
-from sim.ring_buffer import RingBuffer
-from sim.worn import Worn
+from sim.motion.feature_window import RingBuffer
+from sim.motion.playback_pace import OWN_PACE, Pace, PaceFollower
+from sim.style_spec import Worn
 
 
 class Controller(Protocol):
@@ -32,15 +32,16 @@ class Stylizer(Protocol):
 
     def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
              travel: np.ndarray | float = 1.0) -> Pose:
-        """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.worn); travel: how many times as
-        fast as the window says the body really goes, carried by styled legs.
-        Raises ValueError for a style that the bank does not hold."""
+        """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.style_spec); travel: how many
+        times as fast as the window says the body really goes, carried by styled legs. Raises ValueError for a style that the bank
+        does not hold."""
 
     def leg_strengths(self) -> np.ndarray:
         """(..., 2) how far the left and the right leg are styled now."""
 
     def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """What the styles of the legs ask for in each character's gait: speed and playback rate of sim.pace.Pace, (...) each."""
+        """What the styles of the legs ask for in each character's gait: speed and playback rate of sim.motion.playback_pace.Pace,
+        (...) each."""
 
     def restart(self) -> None:
         """Back to before the first step, as a Controller's."""

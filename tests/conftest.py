@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from sim import rotations as rot
-from sim.clip import FPS
+from sim.body.pose import Pose
+from sim.body.skeleton import JOINT_COUNT, PARTS, REST_HIPS_HEIGHT
 from sim.command import Commands
-from sim.pace import OWN_PACE, Pace
-from sim.pose import Pose
+from sim.math import rotations as rot
+from sim.motion.clip import FPS
+from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.session import Session
-from sim.skeleton import JOINT_COUNT, PARTS, REST_HIPS_HEIGHT
 
 
 class FakeController:

@@ -1,4 +1,5 @@
-"""The import arrows of DESIGN.md, Sec. 2, read from the source itself, and that every file says what lives in it."""
+"""The import arrows between packages and between their rooms, read from the source itself, and that every file says what lives in
+it."""
 
 import ast
 import sys
@@ -13,6 +14,15 @@ MAY_IMPORT = {  # room: what it may import besides itself and Python's library
     "stylizer": {"sim", "numpy", "scipy", "torch", "safetensors", "tqdm", "matplotlib"},
     "demo": {"sim", "controller", "stylizer", "numpy", "scipy", "torch", "tqdm", "matplotlib", "pygame", "OpenGL", "PIL",
              "imageio_ffmpeg"},
+}
+# The rooms of each package, from the ground up: a room imports only itself and those before it. So there are no circles, and what
+# runs imports neither training nor evaluation.
+ROOMS = {
+    "sim": ("math", "body", "motion", "feet", "style_spec", "command", "latency", "session", "io", "retarget"),
+    "controller": ("model", "runtime", "training", "evaluation"),
+    "stylizer": ("networks", "data", "systems", "styles", "runtime", "training", "evaluation"),
+    "demo": ("assemble", "state", "figure", "ui", "input", "render", "export", "live", "bench", "commands", "cli", "__main__",
+             "tools"),
 }
 FILES = [(room, path) for room in MAY_IMPORT for path in sorted((ROOT / room).rglob("*.py"))]
 
@@ -37,5 +47,30 @@ def test_arrows(room, path):
 
 
 def test_a_forbidden_import_would_be_seen():
-    tree = ast.parse("def late():\n    from controller.network import x\n    import pygame.font")
+    tree = ast.parse("def late():\n    from controller.model.network import x\n    import pygame.font")
     assert imported(tree) == {"controller", "pygame"}
+
+
+def rooms_imported(tree: ast.AST, package: str) -> set[str]:
+    """The rooms of a package that a file imports from, those imported inside functions included."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module.split(".")[0] == package:
+            parts = node.module.split(".")
+            found |= {parts[1]} if len(parts) > 1 else {alias.name for alias in node.names}
+    return found
+
+
+@pytest.mark.parametrize("package, path", FILES, ids=[str(path.relative_to(ROOT)) for _, path in FILES])
+def test_arrows_between_rooms(package, path):
+    room = path.relative_to(ROOT / package).parts[0].removesuffix(".py")
+    if room == "__init__":
+        return
+    order = ROOMS[package]
+    allowed = set(order[:order.index(room) + 1])
+    assert rooms_imported(ast.parse(path.read_text(encoding="utf-8")), package) & set(order) <= allowed
+
+
+def test_a_room_that_looks_up_would_be_seen():
+    tree = ast.parse("def late():\n    from sim.retarget import retarget\n    from sim import session")
+    assert rooms_imported(tree, "sim") == {"retarget", "session"}

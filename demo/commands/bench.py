@@ -30,11 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from demo import STARTED, export
-    from sim.atomic import replacing
+    from demo import STARTED
+    from demo.export import export
+    from sim.io.atomic_write import replacing
     export.check_outputs({kind: path for kind in ("json", "plot") if (path := getattr(args, kind))})
     quality = _rows(args.quality, args.plot) if args.quality else None
-    from demo import bench
+    from demo.bench import bench
     report = bench.measure(args.characters, args.seconds, STARTED)
     print_table(report)
     if args.json:
@@ -42,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
             temporary.write_text(json.dumps(report, indent=2) + "\n")
         print(f"wrote {args.json}")
     if args.plot:
-        from demo import bench_plots
+        from demo.bench import plots as bench_plots
         bench_plots.save(report, args.plot, quality)
         print(f"wrote {args.plot}")
     return 0

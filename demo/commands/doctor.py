@@ -46,15 +46,15 @@ def _threads() -> str:
 
 
 def _controller() -> str:
-    from controller.runtime import PhaseFunctionedController
+    from controller.runtime.controller import PhaseFunctionedController
     PhaseFunctionedController.from_pretrained()
     return "loaded; they match this skeleton and feature layout"
 
 
 def _stylizer() -> str:
-    from controller import weights
+    from controller.model import checkpoint as weights
     from sim.session import check_own_style
-    from stylizer import catalogue
+    from stylizer.runtime import catalogue
     stylizers = {name: catalogue.from_pretrained(name) for name in catalogue.names()}
     for stylizer in stylizers.values():
         check_own_style(stylizer.own_of, weights.fingerprint())
@@ -65,13 +65,13 @@ def _stylizer() -> str:
 
 
 def _display() -> str:
-    from demo.window import open_window
+    from demo.render.window import open_window
     with open_window((320, 180)) as window:
         return f"a window opens, drawn by {window.renderer_name}"
 
 
 def _offscreen() -> str:
-    from demo.window import open_window
+    from demo.render.window import open_window
     with open_window((320, 180), visible=False) as window:
         return f"pictures without a window, drawn by {window.renderer_name}"
 

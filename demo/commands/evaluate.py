@@ -46,14 +46,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _controller(args: argparse.Namespace) -> int:
-    from controller.evaluate import evaluate
+    from controller.evaluation.report import evaluate
     with _bar(args.model, "frame") as progress:
         result = evaluate(args.data, progress)
     print(table(result.figures), flush=True)
     if args.json:
         _write(args.json, {"figures": {name: figure.as_json() for name, figure in result.figures.items()}})
     if args.plots:
-        from controller.plots import save_plots
+        from controller.evaluation.plots import save_plots
         for path in save_plots(args.plots, result.played, args.data):
             print(f"wrote {path}", flush=True)
     return 0
@@ -64,14 +64,14 @@ def _stylizer(args: argparse.Namespace) -> int:
         raise ValueError("the stylizer is judged on labelled motion: name a folder that holds Bandai-Namco's with --data")
     if args.all:
         return _all_stylizers(args)
-    from stylizer.evaluate import evaluate
+    from stylizer.evaluation.report import evaluate
     with _bar(args.model, "step") as progress:
         result = evaluate(args.data, args.weights, progress)
     print(transfer_table(result.report), *result.notes, sep="\n", flush=True)
     if args.json:
         _write(args.json, result.report)
     if args.plots:
-        from stylizer.pictures import save_pictures
+        from stylizer.evaluation.pictures import save_pictures
         for path in save_pictures(args.plots, args.data):
             print(f"wrote {path}", flush=True)
     return 0
@@ -82,8 +82,8 @@ def _live(args: argparse.Namespace) -> int:
         raise ValueError("drawn motion is judged beside captured motion: "
                          "name a folder that holds Bandai-Namco's and SNU's with --data")
     from demo.assemble import build_session
-    from stylizer.evaluate import rounded
-    from stylizer.live_benchmark import evaluate, table
+    from stylizer.evaluation.live_benchmark import evaluate, table
+    from stylizer.evaluation.report import rounded
     session = build_session(args.stylizer)
     with _bar(args.model, "step") as progress:
         result = evaluate(session, args.data, progress)
@@ -91,14 +91,14 @@ def _live(args: argparse.Namespace) -> int:
     if args.json:
         _write(args.json, rounded(result.report))
     if args.plots:
-        from stylizer.live_strips import save_strips
+        from stylizer.evaluation.live_strips import save_strips
         for path in save_strips(args.plots, result):
             print(f"wrote {path}", flush=True)
     return 0
 
 
 def _all_stylizers(args: argparse.Namespace) -> int:
-    from stylizer import compare
+    from stylizer.evaluation import compare
     with _bar("all stylizers", "step") as progress:
         result = compare.compare(args.data, args.weights, progress)
     print(compare.table(result.report), *result.notes, sep="\n", flush=True)
@@ -119,7 +119,7 @@ def _bar(model: str, unit: str):
 
 
 def _write(path: Path, report: dict) -> None:
-    from sim.atomic import replacing
+    from sim.io.atomic_write import replacing
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(report, indent=2, allow_nan=False) + "\n")
     print(f"wrote {path}", flush=True)
@@ -185,5 +185,5 @@ def _check(args: argparse.Namespace) -> None:
     if args.plots and args.plots.exists() and not args.plots.is_dir():
         raise ValueError(f"cannot draw into {args.plots}: it is not a folder")
     if args.json:
-        from demo.export import check_outputs
+        from demo.export.export import check_outputs
         check_outputs({"json": args.json})

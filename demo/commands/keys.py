@@ -11,8 +11,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from demo import user_bindings
-    from sim.atomic import replacing
+    from demo.state import user_bindings
+    from sim.io.atomic_write import replacing
     text = user_bindings.template(user_bindings.load())
     if not args.write:
         print(text, end="")

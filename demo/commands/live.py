@@ -17,15 +17,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from demo import assemble, vmc
-    from demo.window import NoDisplay, NoGL, has_display
+    from demo import assemble
+    from demo.export import vmc
+    from demo.render.window import NoDisplay, NoGL, has_display
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
     if has_display():
-        from demo import user_bindings
-        from demo.live import run_live
-        from demo.presets import Presets
-        from sim import recording
+        from demo.live.live import run_live
+        from demo.state import user_bindings
+        from demo.state.presets import Presets
+        from sim.io import recording
         bindings, presets = user_bindings.load(), Presets()  # first: a mistake in a file is said before anything opens
         session = assemble.build_session(args.stylizer)
         try:
@@ -46,8 +47,8 @@ def replay_bundled(folder: Path, stream=None, stylizer: str | None = None) -> No
     """Writes everything that a replay can into `folder`: all but the video where this machine cannot make one."""
     from demo import assemble
     from demo.commands.replay import play
-    from demo.export import check_outputs
-    from sim import recording
+    from demo.export.export import check_outputs
+    from sim.io import recording
     folder.mkdir(exist_ok=True)
     outputs = {kind: folder / name for kind, name in FILES.items()}
     try:

@@ -12,7 +12,7 @@ VMC_HELP = ("stream the poses live to Blender, Unity or Unreal: VMC/OSC over UDP
             "unless told otherwise")
 STYLIZER_HELP = ("the style-transfer system: slim (Motion Puzzle, the default), unpaired, diverse, latent, or other weights "
                  "of the package by name")
-OUTPUTS = {  # kind, as in demo.export.WRITERS: (metavar, help)
+OUTPUTS = {  # kind, as in demo.export.export.WRITERS: (metavar, help)
     "poses": ("OUT.npz", "write neutral and styled motion as arrays"),
     "bvh": ("OUT.bvh", "write the styled motion as BVH"),
     "glb": ("OUT.glb", "write the figure and its styled motion as binary glTF"),
@@ -31,12 +31,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from sim import recording
+    from sim.io import recording
     recorded = recording.read(args.recording)
     outputs = {kind: path for kind in OUTPUTS if (path := getattr(args, kind))}
-    from demo.export import check_outputs
+    from demo.export.export import check_outputs
     check_outputs(outputs, args.recording)
-    from demo import vmc
+    from demo.export import vmc
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     play(args.recording.name, recorded, outputs, args.stylizer or recorded.stylizer, window=not args.headless, stream=stream)
     return 0
@@ -44,11 +44,12 @@ def run(args: argparse.Namespace) -> int:
 
 def play(name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None = None, window=False,
          stream=None) -> None:
-    """Plays a sim.recording.Recording, in a window if asked and possible, else as fast as it goes, but in real time to a
-    `stream` (demo.vmc.Sender); then writes the outputs (kind -> path) and says on stdout what came of it."""
-    from demo import STARTED, assemble, export
-    from demo.style_names import check_styles
-    from sim.clip import FPS
+    """Plays a sim.io.recording.Recording, in a window if asked and possible, else as fast as it goes, but in real time to a
+    `stream` (demo.export.vmc.Sender); then writes the outputs (kind -> path) and says on stdout what came of it."""
+    from demo import STARTED, assemble
+    from demo.export import export
+    from demo.state.style_names import check_styles
+    from sim.motion.clip import FPS
     session = assemble.build_session(stylizer)
     check_styles(recorded.styles, session.stylizer.styles)
     startup_s = time.perf_counter() - STARTED
@@ -69,17 +70,17 @@ def _stepped(session, recorded, stream) -> list:
 
 
 def _sent(frames, stream) -> list:
-    from demo import vmc
+    from demo.export import vmc
     return list(vmc.streamed(frames, stream) if stream else frames)
 
 
 def _watched(session, recorded, stream) -> list | None:
     """The frames, once shown; None, before the first step, where no window can be opened."""
-    from demo.window import NoDisplay, NoGL, has_display
+    from demo.render.window import NoDisplay, NoGL, has_display
     if not has_display():
         print("No display: replaying headless.")
         return None
-    from demo.replay_window import watch
+    from demo.live.replay_window import watch
     try:
         return _sent(watch(session, recorded), stream)
     except (NoDisplay, NoGL) as error:

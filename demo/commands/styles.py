@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     if args.action == "capture":
         print(capture(args.out))
         return 0
-    from stylizer import catalogue
+    from stylizer.runtime import catalogue
     bank = catalogue.bank(args.stylizer)
     if args.action == "add":
         _add(bank, args)
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _add(bank, args: argparse.Namespace) -> None:
     """Learns a style and says which seconds of which file show what."""
-    from sim import name_maps
+    from sim.retarget import joint_names as name_maps
     folder = next((path for path in args.clips if path.is_dir()), None)
     if folder is None:
         taken = bank.add(args.clips, args.name, name_maps.load(args.map) if args.map else None).taken
@@ -81,8 +81,8 @@ def _add(bank, args: argparse.Namespace) -> None:
 
 def _list(bank) -> None:
     """A name a line, and what is known of how that style moves."""
-    from demo.style_names import movement_names
-    from stylizer.codes import UNKNOWN_GAIT
+    from demo.state.style_names import movement_names
+    from stylizer.styles.code_bank import UNKNOWN_GAIT
     gaits = {name: bank[name].gait for name in bank.names}
     width = max(map(len, gaits))
     for name, gait in gaits.items():
@@ -95,10 +95,11 @@ def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:
     depends on it into the folder `out` (None: the package's own styles). A sentence that says what was written."""
     import torch
 
-    from controller import weights
-    from controller.runtime import PhaseFunctionedController
-    from stylizer import own_style, recapture
-    from stylizer.bank import BUNDLED
+    from controller.model import checkpoint as weights
+    from controller.runtime.controller import PhaseFunctionedController
+    from stylizer.styles import own_style
+    from stylizer.styles.bank import BUNDLED
+    from stylizer.training import build_styles as recapture
     torch.set_num_threads(1)  # as in a session, whose motion it is to be
     torch.set_flush_denormal(True)
     out, folder = out or BUNDLED, weights_folder or weights.FOLDER

@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _style(text: str):
-    from demo.style_names import parse_style
+    from demo.state.style_names import parse_style
     try:
         return parse_style(text)
     except ValueError as error:  # of an ordinary ValueError argparse would show the type's name only
@@ -39,8 +39,8 @@ def _style(text: str):
 
 
 def run(args: argparse.Namespace) -> int:
-    from demo.export import check_outputs
-    from sim import name_maps
+    from demo.export.export import check_outputs
+    from sim.retarget import joint_names as name_maps
     worn = _by_part(args.style)
     if args.output.resolve() == args.content.resolve():
         raise ValueError(f"{args.output} is the content itself: write to another file")
@@ -50,19 +50,19 @@ def run(args: argparse.Namespace) -> int:
     import torch
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)
-    from sim import bvh
-    from sim.retarget import load_clip
-    from stylizer import catalogue
-    from stylizer.offline import looks, stylize
+    from sim.io import bvh
+    from sim.retarget.retarget import load_clip
+    from stylizer.runtime import catalogue
+    from stylizer.runtime.offline import looks, stylize
     start = time.perf_counter()
     content = load_clip(args.content, name_map)
     bank = catalogue.bank(args.stylizer)
     styled = stylize(bank.model, content, looks(bank, worn))
     if args.global_motion:
-        from stylizer.global_motion import changed
+        from stylizer.runtime.global_motion import changed
         styled = changed(bank, styled, content, worn)
     if args.retarget_back:
-        from sim.retarget_back import retarget_back
+        from sim.retarget.retarget_back import retarget_back
         bvh.write(args.output, retarget_back(bvh.read(args.content), content, styled, name_map))
     else:
         bvh.write(args.output, styled)

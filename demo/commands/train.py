@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
         chosen["minutes"] = args.minutes
     if args.start:
         chosen["start"] = args.start
-    weights = importlib.import_module(f"{args.model}.train").train(args.data, out, resume=args.resume, **chosen)
+    weights = importlib.import_module(f"{args.model}.training.train").train(args.data, out, resume=args.resume, **chosen)
     print(f"wrote {weights}", flush=True)
     if args.model == "controller":
         print(styles.capture(out / "styles", out))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.demo.fakes import offscreen
+from tests.support.fakes import offscreen
 
 SIZE = (320, 180)
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from demo import assemble, cli
-from demo.style_names import check_styles, parse_style
-from sim import recording
-from sim.skeleton import PART_NAMES
-from stylizer.bundled import CLIPS
+from demo.state.style_names import check_styles, parse_style
+from sim.body.skeleton import PART_NAMES
+from sim.io import recording
+from stylizer.styles.bundled_styles import CLIPS
 
 ROOT = Path(__file__).parents[2]
 GOOD = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
@@ -93,7 +93,7 @@ def test_a_mistake_is_one_line_and_status_2(line, folder, fake_models, capsys):
 
 @pytest.mark.parametrize("line", ["replay good.jsonl --headless", "bench --seconds 1"])
 def test_an_own_style_of_another_controller_is_refused(line, folder, monkeypatch, capsys):
-    monkeypatch.setattr("controller.weights.fingerprint", lambda *_, **__: "another")
+    monkeypatch.setattr("controller.model.checkpoint.fingerprint", lambda *_, **__: "another")
     assert cli.main(line.split()) == 2
     out, err = capsys.readouterr()
     assert err.startswith("patchwalk: the own style was captured from another controller") and err.count("\n") == 1
@@ -102,7 +102,7 @@ def test_an_own_style_of_another_controller_is_refused(line, folder, monkeypatch
 
 def test_a_failing_replay_keeps_the_older_file(folder, fake_models, monkeypatch):
     Path("out.npz").write_text("precious")
-    monkeypatch.setattr("sim.pose_file.arrays", lambda frames: 1 / 0)
+    monkeypatch.setattr("sim.io.poses_npz.arrays", lambda frames: 1 / 0)
     with pytest.raises(ZeroDivisionError):  # a bug of ours may well show its traceback
         cli.main("replay good.jsonl --headless --poses out.npz".split())
     assert Path("out.npz").read_text() == "precious" and not list(folder.glob(".patchwalk-*"))
@@ -126,8 +126,8 @@ def test_a_recording_cut_short_plays_with_a_warning(folder, fake_models, capsys)
 def test_without_a_display_the_bundled_recording_goes_to_out(folder, fake_models, monkeypatch, capsys):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("demo.window.has_display", lambda: False)
-    monkeypatch.setattr("demo.video.check", no_video)
+    monkeypatch.setattr("demo.render.window.has_display", lambda: False)
+    monkeypatch.setattr("demo.export.video.check", no_video)
     monkeypatch.setattr(assemble, "BUNDLED_RECORDING", folder / "good.jsonl")
     assert cli.main([]) == 0
     out = capsys.readouterr().out
@@ -142,7 +142,7 @@ def no_video(path) -> None:
 
 def test_bench_reports_every_field(folder, fake_models, monkeypatch, capsys):
     monkeypatch.setattr(assemble, "BUNDLED_RECORDING", folder / "good.jsonl")
-    monkeypatch.setattr("demo.bench.TURNS", 2)
+    monkeypatch.setattr("demo.bench.bench.TURNS", 2)
     rows = [{"model": "slim", "mode": "live", "sra": [0.9, 0.1], "geodesic": [0.3, 0.0], "jitter_ratio": [1.2, 0.1],
              "ms_per_frame": [2.0, 0.0]}, {"model": "full", "mode": "offline", "sra": None, "ms_per_frame": None}]
     Path("eval.json").write_text(json.dumps({"rows": rows}))

@@ -5,8 +5,8 @@ import pytest
 
 from demo import assemble
 from sim.command import Command, Commands
-from stylizer.live import LiveStylizer
-from stylizer.wearer import Wearer
+from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.style_mixer import Wearer
 
 
 @pytest.fixture(scope="module")

@@ -9,21 +9,22 @@ import numpy as np
 import pygame
 import pytest
 
-from demo import body, colours, renderer, window
-from demo.camera import Camera
-from demo.hud import Panel, place
-from demo.renderer import Renderer, View
-from demo.skin import make_skin
-from demo.view import Paths
-from demo.widgets import Cell, Table
-from demo.window import NoDisplay, NoGL, open_window
-from sim import rotations as rot
+from demo.figure import body, colours
+from demo.figure.skin import make_skin
+from demo.render import renderer, window
+from demo.render.camera import Camera
+from demo.render.renderer import Renderer, View
+from demo.render.view import Paths
+from demo.render.window import NoDisplay, NoGL, open_window
+from demo.ui.hud import Panel, place
+from demo.ui.widgets import Cell, Table
+from sim.body.pose import Pose
+from sim.body.skeleton import INDEX, JOINT_COUNT, REST_HIPS_HEIGHT
 from sim.command import Command
-from sim.pose import Pose
+from sim.math import rotations as rot
 from sim.session import Frame
-from sim.skeleton import INDEX, JOINT_COUNT, REST_HIPS_HEIGHT
-from tests.demo.fakes import fake_session, offscreen
-from tests.demo.golden import assert_golden
+from tests.support.fakes import fake_session, offscreen
+from tests.support.golden import assert_golden
 
 SIZE = (320, 180)
 STYLE = {"left_arm": ("bent", 1.0), "right_arm": ("bent", 1.0), "spine": ("flapping", 0.5)}
@@ -133,7 +134,7 @@ def test_style_colours_are_stable_and_tell_styles_apart():
 # ---- windows -----------------------------------------------------------
 
 def test_nothing_of_opengl_is_imported_before_a_window_is_open():
-    code = "import sys, demo.live, demo.renderer, demo.window; sys.exit('OpenGL' in sys.modules)"
+    code = "import sys, demo.live.live, demo.render.renderer, demo.render.window; sys.exit('OpenGL' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parents[2]).returncode == 0
 
 
@@ -163,7 +164,7 @@ def test_a_large_picture_is_drawn_small_and_magnified_where_a_processor_draws(sc
     frame = frame_of()
     whole = picture(screen, frame, view_of(frame), samples=0)
     monkeypatch.setattr(renderer, "SOFTWARE_PIXELS", SIZE[0] * SIZE[1] / 4)
-    monkeypatch.setattr("demo.gl.is_software", lambda: True)
+    monkeypatch.setattr("demo.render.gl.is_software", lambda: True)
     magnified = picture(screen, frame, view_of(frame), samples=0)
     assert 0 < np.abs(whole - magnified).mean() < 4
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from demo import cli
-from demo.style_names import movement_names
-from sim import bvh
-from stylizer import catalogue
-from tests.sim.walker import planted_clip, walking_clip
+from demo.state.style_names import movement_names
+from sim.io import bvh
+from stylizer.runtime import catalogue
+from tests.support.walker import planted_clip, walking_clip
 
 
 @pytest.fixture

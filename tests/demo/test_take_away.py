@@ -7,12 +7,14 @@ import numpy as np
 import pygame
 import pytest
 
-from demo import assemble, takes, taking
-from demo.live import run_live
-from sim import bvh, recording
+from demo import assemble
+from demo.export import export_jobs as takes
+from demo.live import capture as taking
+from demo.live.live import run_live
+from sim.io import bvh, recording
 from sim.session import Frame
-from tests.demo.fakes import BENDS, fake_session, key
-from tests.demo.test_live import Clock, play
+from tests.demo.live.test_live import Clock, play
+from tests.support.fakes import BENDS, fake_session, key
 
 STYLES = tuple(BENDS)
 

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from sim import recording
+from sim.io import recording
 
 ROOT = Path(__file__).parents[2]
 RUN = """
 from demo import live
-from tests.demo.fakes import BENDS, fake_session
+from tests.support.fakes import BENDS, fake_session
 draw = live.Live.draw
 def draw_and_say(self):
     draw(self)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sim import rotations as rot
-from sim.kinematics import forward_kinematics, to_global, to_local, two_bone_ik
-from sim.skeleton import (
+from sim.body.kinematics import forward_kinematics, to_global, to_local, two_bone_ik
+from sim.body.skeleton import (
     ANCESTORS,
     BONE_OFFSETS,
     GROUPS,
@@ -19,7 +18,8 @@ from sim.skeleton import (
     TOE_HEIGHT,
     expand_part,
 )
-from sim.springs import decay, lag, soft_spring_step, spring_step, spring_travel
+from sim.math import rotations as rot
+from sim.math.springs import decay, lag, soft_spring_step, spring_step, spring_travel
 
 RNG = np.random.default_rng(0)
 QUATERNIONS = rot.normalize(RNG.normal(size=(50, JOINT_COUNT, 4)))

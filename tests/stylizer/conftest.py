@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 import torch
 
-from sim import bvh
-from sim.features import STRIDE, clip_features
-from sim.gait import stride_phase
-from stylizer import own_style, style_file, weights
-from stylizer.bank import Bank
-from stylizer.configs import SLIM
-from stylizer.encoding import encode_clips
-from stylizer.motion_puzzle import MotionPuzzle
-from stylizer.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion, style_windows
-from tests.sim.walker import walking_clip
+from sim.io import bvh
+from sim.motion.features import STRIDE, clip_features
+from sim.motion.gait import stride_phase
+from stylizer.networks import checkpoint as weights
+from stylizer.styles import own_style, style_file
+from stylizer.styles.bank import Bank
+from stylizer.styles.encoding import encode_clips
+from stylizer.styles.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion, style_windows
+from stylizer.systems.motion_puzzle.config import SLIM
+from stylizer.systems.motion_puzzle.model import MotionPuzzle
+from tests.support.walker import walking_clip
 
 TINY = replace(SLIM, stem=8, channels=(8, 8, 8))
 CONTROLLER = "a walker"  # the fingerprint of the controller whose motion the own style is

@@ -7,15 +7,15 @@ import pytest
 import torch
 
 from demo.assemble import build_session
-from sim import rotations as rot
-from sim.clip import FPS
+from sim.body.pose import Pose
+from sim.body.skeleton import PART_NAMES
 from sim.command import Command, Commands
-from sim.pose import Pose
-from sim.retarget import load_clip
+from sim.math import rotations as rot
+from sim.motion.clip import FPS
+from sim.retarget.retarget import load_clip
 from sim.session import Session
-from sim.skeleton import PART_NAMES
-from stylizer.bank import Bank
-from stylizer.offline import looks, stylize
+from stylizer.runtime.offline import looks, stylize
+from stylizer.styles.bank import Bank
 
 FASTEST, FARTHEST = 1500, 0.15  # degrees a second that a joint turns, metres that it moves in a frame about the root
 STYLES = "old", "proud", "sad", "marching", "angry", "not-confident", "soldier", "childish"

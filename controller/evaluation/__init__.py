@@ -1,0 +1,1 @@
+"""The controller measured beside captured clips."""

@@ -1,0 +1,53 @@
+"""The real clips that the controller's motion is measured beside: the neutral ones that training held out."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from controller.evaluation.metrics import STILL, joint_angles, spells
+from controller.evaluation.suite import Motion
+from controller.training.dataset import is_held_out, load_clips
+
+IDLE_SECONDS = 2.0  # the shortest stand that counts as idling
+IDLE_TURN = 0.3  # radians a second over which a standing character is turning
+
+
+@dataclass(frozen=True)
+class RealClips:
+    """Held-out clips; the stands of all clips, for hardly one is held out; and the range of each joint angle in the
+    training clips, low and high (21, 3) radians, mirrored as in training."""
+
+    held_out: list[Motion]
+    idle: list[Motion]
+    low: np.ndarray
+    high: np.ndarray
+
+    @classmethod
+    def load(cls, folder: Path) -> "RealClips":
+        """Every clip under a folder of BVH files that training learns from, in the posture that it is learned in. Raises
+        ValueError where that leaves nothing to measure against."""
+        held_out, idle, ranges = [], [], []
+        try:
+            loaded = load_clips(folder)
+        except ValueError:
+            loaded = ((), ())
+        for path, clip in zip(*loaded):
+            motion = Motion.of_clip(clip)
+            idle += [motion[stretch] for stretch in spells(is_idle(motion), IDLE_SECONDS)]
+            if is_held_out(path.stem):
+                held_out.append(motion)
+                continue
+            for side in (clip, clip.mirrored()):
+                angles = joint_angles(side.rotations, Motion.of_clip(side).root.facing)
+                ranges.append((angles.min(axis=0), angles.max(axis=0)))
+        if not held_out or not ranges:
+            raise ValueError(f"'{folder}' holds too few usable BVH files to measure against: unpack the archives of "
+                             "motion capture there, or leave --data out")
+        lows, highs = zip(*ranges)
+        return cls(held_out, idle, np.min(lows, axis=0), np.max(highs, axis=0))
+
+
+def is_idle(motion: Motion) -> np.ndarray:
+    """Whether the root neither goes nor turns: (frames,)."""
+    return (np.linalg.norm(motion.velocity, axis=1) < STILL) & (np.abs(motion.turn_rate) < IDLE_TURN)

@@ -1,0 +1,41 @@
+"""Evaluation of the controller: plays the fixed suite and computes every figure beside that of held-out real clips."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Callable, Mapping
+
+import torch
+
+from controller.evaluation.figures import Figure, endurance, feet, likeness, smoothness, standing
+from controller.evaluation.reference_clips import RealClips
+from controller.evaluation.steering_figures import steering
+from controller.evaluation.suite import Played, follow, play, random_sticks, suite
+from controller.runtime.controller import PhaseFunctionedController
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The figures by name and the suite as it was played, for the plots."""
+
+    figures: Mapping[str, Figure]
+    played: Mapping[str, Played]
+
+
+def evaluate(data: Path | None = None, progress: Callable[[int], Callable[[], object]] | None = None) -> Evaluation:
+    """Plays everything with the shipped weights and measures it; `data` is a folder of BVH files or None.
+
+    progress(frames) is told how much there is to play and returns what to call once a frame. The same weights and clips
+    give the same figures. Raises ValueError where weights are missing or `data` holds no clips to compare with."""
+    torch.set_num_threads(1)
+    torch.set_flush_denormal(True)
+    standing_still = PhaseFunctionedController.from_pretrained()
+    real = None if data is None else RealClips.load(data)
+    scripts = {**suite(), "random": random_sticks()}
+    ways = [follow(clip) for clip in real.held_out] if real else []
+    tick = progress(sum(map(len, [*scripts.values(), *ways]))) if progress else lambda: None
+    played = {name: play(script, standing_still, tick) for name, script in scripts.items()}
+    random = played.pop("random")
+    followed = [play(way, standing_still, tick).locked for way in ways]
+    figures = {**steering(played), **feet(played, real), **smoothness(played, real), **standing(played["stand"], real),
+               **likeness(real, followed), **endurance(random, real)}
+    return Evaluation({name: figure.rounded() for name, figure in figures.items()}, played)

@@ -1,0 +1,1 @@
+"""The phase-functioned network, its inputs and outputs, its weights."""

@@ -1,0 +1,73 @@
+"""Phase and gait of recorded motion, labelled from its foot contacts."""
+
+import numpy as np
+
+from controller.model.io_layout import GAITS
+from sim.body.skeleton import CONTACT_JOINTS
+from sim.math import rotations as rot
+from sim.math.easing import ramp
+from sim.motion.clip import FPS
+
+STEP_LONGEST = 0.9  # seconds between two foot strikes of one walk; a longer pause is a stand in between
+STEP_SHORTEST = 0.15  # seconds; quicker repeats are one strike whose label flickered
+CYCLE_SECONDS = 1.1  # a plain walk's cycle, for the ends of a clip where no strike tells
+CYCLE_SHORTEST = 0.6  # seconds that it takes there at least, however busy the feet
+WALK_ACTIVITY = 1.0  # metres a second: mean foot speed of a plain walk
+LEAST_ACTIVITY = 0.01  # metres a second that feet are taken to have at any time, lest a pause has no activity to share out
+ACTIVITY_SMOOTHING = 0.1  # seconds (Gaussian sigma)
+STAND_SPEED = (0.15, 0.45)  # metres a second of root speed between which standing fades into walking
+RUN_SPEED = (1.9, 2.5)  # metres a second between which walking fades into running
+TURN_RADIUS = 0.25  # metres: turning counts for the gait as the feet's way around the body
+
+
+def foot_strikes(contacts: np.ndarray) -> list[tuple[int, int]]:
+    """(frame, foot) of each landing in time order, foot 0 right and 1 left; contacts (frames, 4)."""
+    strikes = []
+    for foot, joints in ((1, contacts[:, :2]), (0, contacts[:, 2:])):
+        down = joints.max(axis=1) > 0.5
+        frames = np.flatnonzero(~down[:-1] & down[1:]) + 1
+        last = -FPS
+        for frame in frames:
+            if frame - last > STEP_SHORTEST * FPS:
+                strikes.append((int(frame), foot))
+                last = frame
+    return sorted(strikes)
+
+
+def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+    """Unwrapped phase (frames,) in radians: 2 pi k where the right foot lands, 2 pi k + pi where the left does.
+
+    Between two steps of a walk it runs evenly. Over a longer pause it runs with the feet's activity, so that it all but stands
+    still while the character stands and the first step after a stop has a step's worth of phase.
+    positions (frames, 21, 3), contacts (frames, 4)."""
+    from scipy.ndimage import gaussian_filter1d  # the live loop imports this file and labels no phase
+    feet = np.linalg.norm(np.gradient(positions[:, CONTACT_JOINTS], 1 / FPS, axis=0), axis=-1).mean(axis=1)
+    activity = gaussian_filter1d(feet, ACTIVITY_SMOOTHING * FPS) + LEAST_ACTIVITY
+    walking_rate = activity / WALK_ACTIVITY * (2 * np.pi / CYCLE_SECONDS / FPS)
+    rate = np.minimum(walking_rate, 2 * np.pi / CYCLE_SHORTEST / FPS)  # radians a frame
+
+    strikes = foot_strikes(contacts)
+    for (start, foot), (end, next_foot) in zip(strikes, strikes[1:]):
+        advance = np.pi if foot != next_foot else 2 * np.pi
+        if start == end:  # both feet land at once: a jump, no step
+            continue
+        if end - start <= STEP_LONGEST * FPS:
+            rate[start:end] = advance / (end - start)
+        else:
+            span = activity[start:end]
+            rate[start:end] = advance * span / span.sum()
+    phase = np.concatenate([[0.0], np.cumsum(rate[:-1])])
+    if strikes:
+        frame, foot = strikes[0]
+        phase += np.pi * foot - phase[frame]
+    return phase
+
+
+def label_gait(velocity: np.ndarray, turn_rate: np.ndarray) -> np.ndarray:
+    """Gait weights (frames, 3) for stand, walk and run that sum to 1, from root velocity (frames, 2) m/s and turn rate rad/s."""
+    speed = rot.length(velocity)[..., 0]
+    moving = ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_SPEED)
+    running = moving * ramp(speed, *RUN_SPEED)
+    gait = np.empty((*speed.shape, len(GAITS)))
+    gait[..., 0], gait[..., 1], gait[..., 2] = 1 - moving, moving - running, running
+    return gait

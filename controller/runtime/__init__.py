@@ -1,0 +1,1 @@
+"""The controller as it runs: one frame a call."""

@@ -1,0 +1,119 @@
+"""The controller at run time: one frame from the player's command to a neutral pose."""
+
+import copy
+import math
+
+import numpy as np
+
+from controller.model import checkpoint as weights
+from controller.model.idle_layer import Idle
+from controller.model.io_layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE, POSE_SIZE
+from controller.model.network import PhaseFunctionedNetwork
+from controller.model.phase_table import PhaseTable
+from controller.runtime.playback import Playback, keep
+from controller.runtime.root_correction import Footing
+from controller.runtime.trajectory import Trajectory
+from controller.runtime.wrist_limiter import Wrists
+from sim.body.pose import Pose
+from sim.command import Command, Commands
+from sim.math import rotations as rot
+from sim.motion.playback_pace import OWN_PACE, Pace
+
+SETTLE_FRAMES = 180  # frames of standing before the first one shown, so that the character starts alive and at ease
+
+
+class PhaseFunctionedController:
+    """Neutral motion from commands, one 60 Hz frame a call (Holden et al. 2017)."""
+
+    def __init__(self, network: PhaseFunctionedNetwork, fingerprint: str | None = None) -> None:
+        """fingerprint: of the weight file, where the network comes from one."""
+        self.fingerprint = fingerprint
+        self.network = PhaseTable(network)
+        self._leading: tuple[int, ...] = ()  # axes of every array: none for one character
+        # What a restart begins from: the phase; positions and velocities (..., POSE_SIZE) of the last answer; the idle.
+        self._start = np.zeros(()), network.standing.numpy(), Idle(network.idle.numpy().astype(float))
+        self.restart()
+        for _ in range(SETTLE_FRAMES):
+            self.step(Command())
+        self._start = copy.deepcopy((self.phase, self.body, self.idle))
+        self.restart()
+
+    def restart(self) -> None:
+        """Back to standing, settled, at the start point, as when it was made."""
+        self.trajectory, self.footing, self.wrists = Trajectory(self._leading), Footing(), Wrists()
+        self.playback = Playback(self._leading)
+        self.phase, self.body, self.idle = copy.deepcopy(self._start)
+
+    def crowd(self, count: int) -> "PhaseFunctionedController":
+        """So many characters side by side at the start point, driven by `Commands`: one axis in front of every array."""
+        many = copy.copy(self)
+        many._leading = (count,)
+        phase, body, idle = copy.deepcopy(self._start)
+        idle.easing, idle.frame = np.tile(idle.easing, (count, 1, 1, 1)), np.tile(idle.frame, count)
+        many._start = np.tile(phase, count), np.tile(body, (count, 1)), idle
+        many.restart()
+        return many
+
+    @classmethod
+    def from_pretrained(cls, name: str = weights.MODEL) -> "PhaseFunctionedController":
+        """The shipped controller. Raises ValueError where its weights are missing or do not fit."""
+        return cls(weights.load(name), weights.fingerprint(name))
+
+    def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
+        """The next neutral pose, or a crowd's, at the pace of styled legs.
+
+        At another playback rate the motion goes on by a frame only where the next one is due, or by two, and the pose in between
+        is interpolated."""
+        for moving in self.playback.advance(pace.rate):
+            if np.all(moving):
+                self.playback.push(self._advance(command, pace), moving)
+                continue
+            parts = "trajectory", "footing", "wrists", "idle"
+            before = {name: copy.deepcopy(getattr(self, name)) for name in parts}
+            phase, body = self.phase, self.body
+            pose = self._advance(command, pace)
+            for name in parts:
+                keep(before[name], getattr(self, name), moving)
+            self.phase, self.body = np.where(moving, self.phase, phase), np.where(moving[:, None], self.body, body)
+            self.playback.push(pose, moving)
+        return self.playback.pose()
+
+    def _advance(self, command: Command | Commands, pace: Pace) -> Pose:
+        """The pose of the network's next frame: wish, network, then root and phase follow the answer; the whole trajectory is
+        moved along by what styled legs carry the root farther than its own step."""
+        answer = self._ask(self.trajectory.samples(command, pace.speed))
+        root = self.footing.step(answer["root"], answer["positions"], answer["contacts"])
+        before = self.trajectory.position
+        self.trajectory.follow(root, answer["future_positions"], answer["future_directions"])
+        if pace is not OWN_PACE:
+            self.trajectory.translate(np.asarray(pace.stride - 1.0)[..., None] * (self.trajectory.position - before))
+        self.phase = (self.phase + np.maximum(answer["phase"][..., 0], 0.0)) % (2 * math.pi)
+        return self._pose(answer)
+
+    def _ask(self, samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The network's answer by name, from the trajectory's samples and the body of the last frame."""
+        x = np.empty((*self._leading, INPUT_SIZE), np.float32)
+        for name, values in samples.items():
+            x[..., INPUT_SLICES[name]] = values.reshape(*self._leading, -1)
+        x[..., POSE] = self.body
+        y = self.network(x, self.phase)
+        self.body = y[..., :POSE_SIZE]
+        y = y.astype(float)
+        answer = {name: y[..., where].reshape(*self._leading, *OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
+        answer["contacts"] = 1 / (1 + np.exp(-answer["contacts"]))
+        return answer
+
+    def _pose(self, answer: dict[str, np.ndarray]) -> Pose:
+        """The answer, given in the root frame, with the idle laid on it and placed in the world."""
+        rotations, shift = self.idle.step(self.trajectory.standing, rot.from_6d(answer["rotations"]))
+        root = np.zeros((*self._leading, 3))
+        root[..., ::2] = self.trajectory.position
+        to_world = rot.from_yaw(self.trajectory.facing)
+        return Pose(
+            root_position=root,
+            root_facing=rot.wrap_angle(self.trajectory.facing),
+            hips=root + rot.rotate(to_world, answer["positions"][..., 0, :] + shift),
+            rotations=rot.multiply(to_world[..., None, :], self.wrists.step(rotations)),
+            contacts=answer["contacts"],
+            phase=self.phase,
+        )

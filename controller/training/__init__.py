@@ -1,0 +1,1 @@
+"""From clips of neutral locomotion to weights."""

@@ -1,0 +1,227 @@
+"""Training data of the controller: clips to frames of trajectory, pose and what comes next."""
+
+import hashlib
+import math
+import re
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from controller.model.gait_phase import label_gait, label_phase
+from controller.model.io_layout import FUTURE, INPUT_SIZE, INPUT_SLICES, OFFSETS, OUTPUT_SIZE, OUTPUT_SLICES
+from controller.training.cyclic_runs import loops
+from controller.training.shared_posture import share_posture
+from sim.body.skeleton import TOES
+from sim.feet.contact_correction import planted, strided
+from sim.io import bvh
+from sim.math import rotations as rot
+from sim.motion.clip import FPS, Clip, RootFrame, root_frame
+from sim.motion.contacts import foot_contacts
+from sim.retarget.retarget import load_clip
+
+# Clips that a neutral walker should not learn from: not locomotion, walks in a style of their own, or captures whose feet are
+# broken (CMU 69_35, the ACCAD man's runs: a foot points backward, hips run at knee height). Matched against the path.
+NOT_NEUTRAL = re.compile(
+    r"bandai-namco|snu-tennis|cmu13-|cmu91|cmu131|zombie|quaternius|Box|Lie|Crawl|Crouch|Skip|Hop|Leap|Jump|CartWheel|Random|Urban|Conversation|Wait|Look|Sway|Swing"
+    r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR|69_35|Male1_C(0[3-9]|1)")
+HELD_OUT_SHARE = 0.1
+MINIMUM_SECONDS = 0.7
+# At which pace and with strides how much longer a clip is learned, by kind of movement: captured strafing and backing is
+# leisurely and captured running all but a sprint, while the stick asks for every speed in between.
+PACES = {"forward walk": ((1.0, 1.0), (1.3, 1.0)), "strafing and backing": ((1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
+         "run": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0)), "loop": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0), (1.1, 1.15)),
+         "stand": ((1.0, 1.0),)}
+# How fast, in metres a second, a quicker clip may become.
+FASTEST = {"forward walk": 2.4, "strafing and backing": 1.9, "run": math.inf, "loop": 4.5, "stand": math.inf}
+MOVING = 0.3  # metres a second over which a frame counts as movement
+PLANTED_TOE = (-0.015, 0.06)  # metres: where a planted toe's mean height must lie, or the clip's feet cannot be trusted
+
+
+@dataclass
+class Frames:
+    """Frames of all clips end to end; entry t and t + 1 follow each other where `last` is False.
+
+    inputs (N, INPUT_SIZE), targets (N, OUTPUT_SIZE): the frame after, as the network should answer; phase (N,) radians;
+    weight (N,) how often to draw it; held_out (N,) bool; last (N,) bool: the clip's last usable frame; clip (N,) index into
+    `names`, the clips' names.
+    """
+
+    inputs: np.ndarray
+    targets: np.ndarray
+    phase: np.ndarray
+    weight: np.ndarray
+    held_out: np.ndarray
+    last: np.ndarray
+    clip: np.ndarray
+    names: list[str]
+
+
+def is_held_out(name: str) -> bool:
+    """The fixed split: by a hash of the clip's name, so that it never depends on what else is in the folder."""
+    return int(hashlib.md5(name.encode()).hexdigest(), 16) % 1000 < HELD_OUT_SHARE * 1000
+
+
+def frames_of(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """inputs (F - 1, INPUT_SIZE), targets (F - 1, OUTPUT_SIZE), phase (F - 1,) of a grounded 60 Hz clip.
+
+    Before its first and after its last frame a clip is taken to go on straight at the speed it has there."""
+    positions = clip.positions()
+    root, contacts = root_frame(positions), foot_contacts(clip)
+    phase = label_phase(positions, contacts)
+    to_root = rot.from_yaw(-root.facing)
+    now, following = slice(0, -1), slice(1, None)
+    pose = {
+        "positions": rot.rotate(to_root[:, None], positions - root.positions[:, None]),
+        "velocities": rot.rotate(to_root[:, None], np.gradient(positions, 1 / FPS, axis=0)),
+        "rotations": rot.to_6d(rot.multiply(to_root[:, None], clip.global_rotations())),
+        "contacts": contacts,
+    }
+    source = {name: value[now] for name, value in {**_ways(root, OFFSETS, "trajectory"), **pose}.items() if name in INPUT_SLICES}
+    step = rot.rotate(to_root[now], root.positions[following] - root.positions[now])
+    target = {name: value[following] for name, value in {**pose, **_ways(root, FUTURE, "future")}.items()}
+    target["root"] = np.stack([step[:, 0], step[:, 2], np.diff(root.facing)], axis=-1)
+    target["phase"] = np.diff(phase)[:, None]
+    return (_flat(source, INPUT_SLICES, INPUT_SIZE), _flat(target, OUTPUT_SLICES, OUTPUT_SIZE),
+            np.mod(phase[now], 2 * np.pi).astype(np.float32))
+
+
+def _ways(root: RootFrame, offsets: tuple[int, ...], prefix: str) -> dict[str, np.ndarray]:
+    """Where the root is at `offsets` from each frame, as seen from that frame, by the network's names for it:
+    `prefix`_positions (F, n, 2), `prefix`_directions (F, n, 2) and `prefix`_gaits (F, n, 3)."""
+    frames = len(root.facing)
+    at = np.arange(frames)[:, None] + np.array(offsets)
+    inside = np.clip(at, 0, frames - 1)
+    first, last = (root.positions[min(3, frames - 1)] - root.positions[0]) / 3, (root.positions[-1] - root.positions[-4]) / 3
+    there = root.positions[inside] + np.where((at < 0)[..., None], first, last) * (at - inside)[..., None]
+    local = rot.rotate(rot.from_yaw(-root.facing)[:, None], there - root.positions[:, None])
+    angle = root.facing[inside] - root.facing[:, None]
+    velocity, turn_rate = np.gradient(root.positions[:, [0, 2]], 1 / FPS, axis=0), np.gradient(root.facing, 1 / FPS)
+    return {f"{prefix}_positions": local[..., [0, 2]],
+            f"{prefix}_directions": np.stack([np.sin(angle), np.cos(angle)], axis=-1),
+            f"{prefix}_gaits": label_gait(velocity, turn_rate)[inside]}
+
+
+def _flat(parts: dict[str, np.ndarray], where: dict[str, slice], size: int) -> np.ndarray:
+    """Named arrays (F, ...) laid side by side: (F, size) float32."""
+    frames = len(next(iter(parts.values())))
+    result = np.empty((frames, size), np.float32)
+    for name, part in where.items():
+        result[:, part] = parts[name].reshape(frames, -1)
+    return result
+
+
+def neutral_files(folder: Path) -> list[Path]:
+    """The BVH files under a folder, to any depth, that are not left out by their names."""
+    return [path for path in sorted(folder.rglob("*.bvh")) if not NOT_NEUTRAL.search(str(path.relative_to(folder)))]
+
+
+def load_neutral(path: Path) -> Clip:
+    """A clip that can be learned from. Raises OSError, or ValueError saying why it cannot be used."""
+    clip = load_clip(path)
+    if len(clip) < MINIMUM_SECONDS * FPS:
+        raise ValueError(f"{path.name}: shorter than {MINIMUM_SECONDS} s")
+    if not feet_can_be_trusted(clip):
+        raise ValueError(f"{path.name}: its planted feet are not level with the floor")
+    return clip
+
+
+def load_clips(folder: Path, workers: int = 2) -> tuple[list[Path], list[Clip]]:
+    """The files of all neutral locomotion under a folder of BVH files, and their clips, all actors in one posture.
+
+    Prints why a file is skipped. Raises ValueError if nothing can be used."""
+    with ProcessPoolExecutor(workers) as pool:
+        loaded = list(pool.map(_load, neutral_files(folder), chunksize=4))
+    for reason in loaded:
+        if isinstance(reason, str):
+            print(f"skipped {reason}", file=sys.stderr)
+    loaded = [each for each in loaded if not isinstance(each, str)]
+    if not loaded:
+        raise ValueError(f"no usable BVH file under '{folder}': put walking, running and standing clips there")
+    paths, clips, actors = zip(*loaded)
+    return list(paths), share_posture(clips, actors)
+
+
+def _load(path: Path) -> tuple[Path, Clip, tuple] | str:
+    """One file, its clip and its actor, told by folder and skeleton; or the reason why it cannot be used."""
+    try:
+        clip, motion = load_neutral(path), bvh.read(path)
+    except (ValueError, OSError) as error:
+        return str(error)
+    return path, clip, (path.parent, tuple(motion.names), tuple(np.linalg.norm(motion.offsets, axis=-1).round(2)))
+
+
+def _frames(clip: Clip) -> list[tuple]:
+    """A clip with its feet planted, at all its paces, as itself and mirrored: what `frames_of` says of each."""
+    kind = kind_of(clip)
+    sources = [(kind, planted(clip)), *(("loop", planted(loop)) for loop in (loops(clip) if kind == "run" else ()))]
+    paced = []
+    for kind, source in sources:
+        speed = typical_speed(source)
+        paced += [strided(source, stride).paced(pace) for pace, stride in PACES[kind]
+                  if pace * stride <= 1 or pace * stride * speed < FASTEST[kind]]
+    return [frames_of(side) for one in paced for side in (one, one.mirrored())]
+
+
+def kind_of(clip: Clip) -> str:
+    """The key of PACES that most of the clip's moving frames belong to."""
+    velocity, speed = _local_velocity(clip)
+    moving = speed > MOVING
+    if moving.mean() < 0.2:
+        return "stand"
+    if np.median(velocity[moving, 2] / speed[moving]) < 0.7:
+        return "strafing and backing"
+    return "run" if np.median(speed[moving]) > 2.2 else "forward walk"
+
+
+def typical_speed(clip: Clip) -> float:
+    """Median speed in metres a second of the frames that move at all."""
+    _, speed = _local_velocity(clip)
+    return float(np.median(speed[speed > MOVING])) if (speed > MOVING).any() else 0.0
+
+
+def _local_velocity(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
+    """The root's velocity (frames, 3) in its own frame, and its speed (frames,)."""
+    root = root_frame(clip.positions())
+    velocity = rot.rotate(rot.from_yaw(-root.facing), np.gradient(root.positions, 1 / FPS, axis=0))
+    return velocity, np.linalg.norm(velocity, axis=-1)
+
+
+def feet_can_be_trusted(clip: Clip) -> bool:
+    """Whether each foot, while planted, has its toe on the floor: some captures have a broken foot or two floors."""
+    toes, contacts = clip.positions()[:, TOES, 1], foot_contacts(clip).reshape(-1, 2, 2).max(axis=2) > 0
+    means = [toes[contacts[:, foot], foot].mean() for foot in (0, 1) if contacts[:, foot].any()]
+    return all(PLANTED_TOE[0] < mean < PLANTED_TOE[1] for mean in means)
+
+
+def load_folder(folder: Path, workers: int = 2) -> Frames:
+    """The frames of all neutral locomotion under a folder of BVH files. Raises ValueError if nothing in it can be used."""
+    paths, sources = load_clips(folder, workers)
+    with ProcessPoolExecutor(workers) as pool:
+        made = list(pool.map(_frames, sources, chunksize=4))
+    clips = [(path.stem, frames) for path, each in zip(paths, made) for frames in each]
+    inputs, targets, phase = (np.concatenate(parts) for parts in zip(*(frames for _, frames in clips)))
+    lengths = [len(frames[0]) for _, frames in clips]
+    index = np.repeat(np.arange(len(clips)), lengths)
+    last = np.zeros(len(index), bool)
+    last[np.cumsum(lengths) - 1] = True
+    held_out = np.array([is_held_out(name) for name, _ in clips])[index]
+    return Frames(inputs, targets, phase, balance(inputs, targets), held_out, last, index, [name for name, _ in clips])
+
+
+def balance(inputs: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Sampling weights (N,): kinds of movement that are rare in the data are drawn more often, by the root of their rarity.
+
+    A kind is a cell of speed, direction of travel against the facing, and turn rate, so that two minutes of running are not
+    drowned by an hour of walking and strafing counts beside walking straight."""
+    root = targets[:, OUTPUT_SLICES["root"]] * FPS
+    speed = np.hypot(root[:, 0], root[:, 1])
+    direction = np.where(speed > 0.2, np.abs(np.arctan2(root[:, 0], root[:, 1])), 0.0)
+    cell = np.stack([np.digitize(speed, (0.15, 0.5, 0.9, 1.3, 1.8, 2.5, 3.2, 4.0)),
+                     np.digitize(direction, np.radians((25, 65, 115, 155))),
+                     np.digitize(np.abs(root[:, 2]), (0.4, 1.2, 2.5))], axis=-1)
+    _, kind, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+    weight = 1 / np.sqrt(np.maximum(count[kind.ravel()], 500))
+    return weight / weight.sum()

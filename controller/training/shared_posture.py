@@ -1,0 +1,93 @@
+"""One posture for all actors: each actor's upper body is turned, joint by joint, so that it walks in the posture that all share.
+
+Actors carry their shoulders differently, and captures disagree by up to 120 degrees about how far a forearm or a hand is rolled.
+A network that learns them all walks in the posture of whichever actor its last pose resembles: the same walk then looks
+different after a run than after a stand. Legs keep their capture, because the planted feet depend on them."""
+
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from typing import Hashable, Sequence
+
+import numpy as np
+
+from sim.body.kinematics import to_local
+from sim.body.skeleton import BONE_OFFSETS, INDEX, MIRROR, PART_NAMES, PART_OF_JOINT
+from sim.math import rotations as rot
+from sim.motion.clip import FPS, MIRROR_QUATERNION, Clip, root_frame
+
+UPPER = np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine"))  # the joints that are turned, the hips among them
+WALK_SPEED = 0.6, 1.6  # metres a second forwards, between which an actor's posture is measured
+STRAIGHT = 0.3, 0.5  # metres a second sideways and radians a second of turning that such a walk has at most
+SHORTEST_WALK = 2 * FPS  # frames of it without which an actor's posture is unknown
+MEDIAN_STEPS, NEAR = 50, 0.02  # of Weiszfeld's iteration, and the distance in radians under which two rotations are one
+BETWEEN_HIPS = (BONE_OFFSETS[INDEX["LeftUpLeg"]] + BONE_OFFSETS[INDEX["RightUpLeg"]]) / 2
+
+
+@dataclass(frozen=True)
+class Walk:
+    """The sum of the 6-D rotations (21, 6) in the root frame over the frames of a clip that walk straight, and their number."""
+
+    total: np.ndarray
+    frames: int
+
+
+def measure_walk(clip: Clip) -> Walk:
+    """How a clip walks."""
+    root = root_frame(clip.positions())
+    to_root = rot.from_yaw(-root.facing)
+    velocity = rot.rotate(to_root, np.gradient(root.positions, 1 / FPS, axis=0))
+    straight = ((velocity[:, 2] > WALK_SPEED[0]) & (velocity[:, 2] < WALK_SPEED[1]) & (np.abs(velocity[:, 0]) < STRAIGHT[0])
+                & (np.abs(np.gradient(root.facing, 1 / FPS)) < STRAIGHT[1]))
+    rotations = rot.multiply(to_root[straight, None], clip.global_rotations()[straight])
+    return Walk(rot.to_6d(rotations).sum(axis=0), int(straight.sum()))
+
+
+def share_posture(clips: Sequence[Clip], actors: Sequence[Hashable]) -> list[Clip]:
+    """The clips, each of an actor, in the posture that the actors share. An actor who never walks keeps their own."""
+    walks: dict[Hashable, list[Walk]] = defaultdict(list)
+    for clip, actor in zip(clips, actors, strict=True):
+        walks[actor].append(measure_walk(clip))
+    postures = {actor: rot.from_6d(sum(walk.total for walk in each)) for actor, each in walks.items()
+                if sum(walk.frames for walk in each) >= SHORTEST_WALK}
+    if len(postures) < 2:
+        return list(clips)
+    shared = median_rotations([side for posture in postures.values() for side in (posture, _mirrored(posture))])
+    turns = {actor: rot.multiply(rot.inverse(posture), shared) for actor, posture in postures.items()}
+    return [_turned(clip, turns[actor]) if actor in turns else clip for clip, actor in zip(clips, actors)]
+
+
+def median_rotations(rotations: Sequence[np.ndarray]) -> np.ndarray:
+    """The rotations (21, 4) whose summed angles to rotations, (21, 4) each, are smallest: the geodesic median, which a few odd
+    ones do not move (Weiszfeld's iteration, started from each of them)."""
+    each = np.array(rotations)
+    median, least = each[0], np.full(each.shape[1], np.inf)
+    for start in each:
+        found = start
+        for _ in range(MEDIAN_STEPS):
+            turns = _turns(each, found)
+            weights = 1 / np.maximum(rot.length(turns), NEAR)
+            found = rot.multiply(rot.from_rotation_vector((weights * turns).sum(axis=0) / weights.sum(axis=0)), found)
+        away = rot.length(_turns(each, found))[..., 0].sum(axis=0)
+        median = np.where((away < least)[:, None], found, median)
+        least = np.minimum(least, away)
+    return median
+
+
+def _turns(each: np.ndarray, one: np.ndarray) -> np.ndarray:
+    """Rotation vectors (n, 21, 3) from rotations (21, 4) to each of (n, 21, 4)."""
+    return rot.to_rotation_vector(rot.multiply(each, rot.inverse(one)))
+
+
+def _mirrored(posture: np.ndarray) -> np.ndarray:
+    """Rotations (21, 4) with left and right exchanged."""
+    return posture[MIRROR] * MIRROR_QUATERNION
+
+
+def _turned(clip: Clip, turns: np.ndarray) -> Clip:
+    """The clip with the global rotations of UPPER followed, in each joint's own axes, by turns (21, 4); the point between the
+    hip joints, and with it the legs, stay where they are."""
+    before = clip.global_rotations()
+    after = before.copy()
+    after[:, UPPER] = rot.multiply(before[:, UPPER], turns[UPPER])
+    hips = clip.hips + rot.rotate(before[:, 0], BETWEEN_HIPS) - rot.rotate(after[:, 0], BETWEEN_HIPS)
+    return replace(clip, hips=hips, rotations=to_local(after))

@@ -1,0 +1,1 @@
+"""Motion out of Patchwalk: video, glTF, live over the network."""

@@ -1,0 +1,86 @@
+"""What a replay leaves behind: poses, BVH, glTF, video and latency report, each complete or not there at all."""
+
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Mapping, Sequence
+
+import numpy as np
+
+from sim.io import bvh
+from sim.io import poses_npz as pose_file
+from sim.io.atomic_write import replacing
+from sim.latency import Latency
+from sim.motion.clip import Clip
+from sim.session import Frame
+
+
+@dataclass(frozen=True)
+class Result:
+    """A finished replay: its frames, how long their stages took, and the seconds before the first."""
+
+    frames: Sequence[Frame]
+    latency: Latency
+    startup_s: float
+
+
+def write_poses(path: Path, result: Result) -> None:
+    """Neutral and styled motion as arrays, in the format of DESIGN.md, Sec. 4."""
+    pose_file.write(path, result.frames)
+
+
+def write_bvh(path: Path, result: Result) -> None:
+    """The styled motion, for other animation programs."""
+    bvh.write(path, styled_clip(result.frames))
+
+
+def write_glb(path: Path, result: Result) -> None:
+    """The styled motion on the figure, in the colours that it wears at the end."""
+    from demo.export import gltf
+    from demo.figure import colours
+    gltf.write(path, styled_clip(result.frames), colours.part_colours(result.frames[-1].command.style))
+
+
+def styled_clip(frames: Sequence[Frame]) -> Clip:
+    """What is drawn, as a clip at 60 fps."""
+    poses = [frame.styled for frame in frames]
+    return Clip(np.array([pose.hips for pose in poses]), np.array([pose.local_rotations for pose in poses]))
+
+
+def write_video(path: Path, result: Result) -> None:
+    """The replay as seen by the demo's camera, as an MP4 or a GIF, by the file's ending."""
+    from demo.export import video
+    with replacing(path) as temporary:
+        video.render(temporary, result.frames, result.latency)
+
+
+def write_latency(path: Path, result: Result) -> None:
+    """How long each stage took; written last, so that drawing the video counts as well."""
+    from demo import assemble
+    with replacing(path) as temporary:
+        result.latency.save(temporary, startup_s=result.startup_s, **assemble.machine())
+
+
+WRITERS = {"poses": write_poses, "bvh": write_bvh, "glb": write_glb, "video": write_video, "latency": write_latency}
+
+
+def check_outputs(outputs: Mapping[str, Path], source: Path | None = None) -> None:
+    """Raises ValueError or OSError for the first output that could not be written, before a long replay begins."""
+    taken = {source.resolve(): "the recording itself"} if source else {}
+    for kind, path in outputs.items():
+        resolved = path.resolve()
+        if resolved in taken:
+            raise ValueError(f"cannot write {kind} to {path}: it is {taken[resolved]}")
+        taken[resolved] = f"where {kind} goes already"
+        if path.exists() and not path.is_file():
+            raise ValueError(f"cannot write {kind} to {path}: it is not a file")
+        if not path.parent.is_dir():
+            raise ValueError(f"cannot write {kind} to {path}: there is no folder {path.parent}; make it first")
+        try:
+            tempfile.TemporaryFile(dir=path.parent).close()
+        except OSError as error:
+            raise ValueError(f"cannot write {kind} to {path}: {os.strerror(error.errno)}") from None
+    if "video" in outputs:
+        from demo.export import video
+        video.check(outputs["video"])

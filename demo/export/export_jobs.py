@@ -1,0 +1,89 @@
+"""F9: the last ten seconds as BVH, glTF and video, written by another process while the character walks on.
+
+Drawing a video takes longer than walking it did, and pictures need a context of their own: both are had for nothing in a
+process of its own, which also leaves the walk's processor alone where there is a second."""
+
+import multiprocessing
+import os
+import pickle
+from collections import deque
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Sequence
+
+from demo.export import export, video
+from sim.latency import Latency
+from sim.motion.clip import FPS
+from sim.session import Frame
+
+ENDINGS = ("bvh", "glb", "mp4", "gif")  # of all files that an export may write
+NICENESS = 10  # the walk goes first
+
+
+@dataclass(frozen=True)
+class Written:
+    """What came of an export: the files, and a sentence for each that could not be written."""
+
+    files: tuple[Path, ...]
+    problems: tuple[str, ...]
+
+
+class Takes:
+    """Keeps the frames of the last SECONDS and exports them, one export at a time."""
+
+    SECONDS = 10
+
+    def __init__(self) -> None:
+        self.frames: deque[Frame] = deque(maxlen=round(self.SECONDS * FPS))
+        self._thread = ThreadPoolExecutor(1, "export")
+        self._export: Future[Written] | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether an export runs."""
+        return self._export is not None
+
+    def export(self, stem: Path) -> None:
+        """Begins to write the frames kept so far to `stem` with each kind's ending."""
+        self._export = self._thread.submit(_write_elsewhere, list(self.frames), stem)
+
+    def finished(self, wait: bool = False) -> Written | None:
+        """What came of the export, once, as soon as it is over; None before. `wait` waits for it."""
+        if self._export is None or not (wait or self._export.done()):
+            return None
+        export, self._export = self._export, None
+        return export.result()
+
+
+def _write_elsewhere(frames: Sequence[Frame], stem: Path) -> Written:
+    """write_all in a process of its own, begun and waited for in a thread."""
+    packed = [pickle.dumps(frame) for frame in frames]  # one by one: in between the walk gets Python's lock
+    try:
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_give_way) as process:
+            return process.submit(_write_packed, packed, stem).result()
+    except Exception as error:  # the other process died, whatever of: the walk goes on
+        return Written((), (f"the export stopped: {error}",))
+
+
+def _give_way() -> None:
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
+
+
+def _write_packed(packed: Sequence[bytes], stem: Path) -> Written:
+    return write_all([pickle.loads(frame) for frame in packed], stem)
+
+
+def write_all(frames: Sequence[Frame], stem: Path) -> Written:
+    """Writes every kind that this machine can; the video as MP4, or as GIF where there is no ffmpeg."""
+    result, files, problems = export.Result(frames, Latency(), 0.0), [], []
+    endings = {"bvh": "bvh", "glb": "glb", "video": "mp4" if video.has_ffmpeg() else "gif"}
+    for kind, ending in endings.items():
+        path = stem.with_name(f"{stem.name}.{ending}")
+        try:
+            export.WRITERS[kind](path, result)
+            files.append(path)
+        except (OSError, ValueError) as error:
+            problems.append(f"no {kind}: {error}")
+    return Written(tuple(files), tuple(problems))

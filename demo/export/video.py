@@ -1,0 +1,99 @@
+"""A video of frames: the demo's renderer without a screen, its pictures as MP4 (by ffmpeg) or as GIF (by Pillow)."""
+
+import sys
+from contextlib import closing
+from pathlib import Path
+from typing import Iterator, Sequence
+
+import numpy as np
+from PIL import Image
+from tqdm import tqdm
+
+from demo.render.renderer import Renderer
+from demo.render.view import View
+from demo.render.window import NoDisplay, NoGL, Window, open_window
+from demo.ui import panels
+from sim.latency import Latency
+from sim.motion.clip import FPS
+from sim.session import Frame
+
+SIZE = (960, 540)  # pixels
+# The index in front, so that a browser can play at once; little effort, because the processor may be drawing as well.
+FFMPEG_OPTIONS = ["-crf", "20", "-preset", "veryfast", "-movflags", "+faststart"]
+GIF_SIZE = (640, 360)
+GIF_STEP = 3  # every third frame: a GIF counts in hundredths of a second, so 20 pictures a second are exact, 30 are not
+
+
+def check(path: Path) -> None:
+    """Raises ValueError, saying what is wrong or missing and how to get it, where no such video can be made."""
+    suffix = path.suffix.lower()
+    if suffix not in (".mp4", ".gif"):
+        raise ValueError(f"a video is an .mp4 or a .gif, and {path} is neither; give it one of these endings")
+    if suffix == ".mp4" and not has_ffmpeg():
+        raise ValueError("a video needs ffmpeg; pip install imageio-ffmpeg brings one (a .gif needs none)")
+    _open(SIZE).close()
+
+
+def has_ffmpeg() -> bool:
+    """Whether an MP4 can be made here."""
+    try:
+        import imageio_ffmpeg
+        imageio_ffmpeg.get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        return False
+    return True
+
+
+def render(path: Path, frames: Sequence[Frame], latency: Latency) -> None:
+    """Writes the frames as a video in real time: every one in an .mp4, every GIF_STEP-th in a .gif.
+
+    Drawing is timed as the stage `render`. Raises ValueError where OpenGL is missing or ffmpeg gives up."""
+    if path.suffix.lower() == ".gif":
+        write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency))
+    else:
+        _write_mp4(path, _pictures(frames, SIZE, 1, latency))
+
+
+def _pictures(frames: Sequence[Frame], size: tuple[int, int], step: int, latency: Latency) -> Iterator[np.ndarray]:
+    """Every step-th frame as (height, width, 3) uint8."""
+    view = View()
+    view.camera.jump(frames[0].styled.root_position)
+    with _open(size) as window:
+        renderer = Renderer(window.size)
+        for frame in tqdm(frames[::step], "video", unit="frame", leave=False, disable=not sys.stderr.isatty()):
+            view.follow(frame, step / FPS)
+            view.panels = (panels.parts(frame.command.style),)
+            with latency.stage("render"):
+                window.bind()
+                renderer.draw(frame, view)
+                picture = window.read_pixels()  # waits until it is drawn
+            yield picture
+
+
+def _write_mp4(path: Path, pictures: Iterator[np.ndarray]) -> None:
+    import imageio_ffmpeg
+    encoder = imageio_ffmpeg.write_frames(str(path), SIZE, fps=FPS, codec="libx264", macro_block_size=2,
+                                          output_params=FFMPEG_OPTIONS)
+    with closing(pictures), closing(encoder):  # closing the generator ends ffmpeg
+        encoder.send(None)
+        try:
+            for picture in pictures:
+                encoder.send(picture)
+        except OSError as error:
+            raise ValueError("ffmpeg stopped before the video was whole; is the disk full?") from error
+
+
+def write_gif(path: Path, pictures: Iterator[np.ndarray]) -> None:
+    """Writes pictures (height, width, 3) uint8, 20 of them a second, as an endless loop."""
+    with closing(pictures):
+        # The octree keeps the figure's colours; the others spend nearly all on sky and ground. Dithering triples the file.
+        colours = {"method": Image.Quantize.FASTOCTREE, "dither": Image.Dither.NONE}
+        images = (Image.fromarray(picture).quantize(**colours) for picture in pictures)
+        next(images).save(path, "GIF", save_all=True, append_images=images, loop=0, duration=1000 * GIF_STEP // FPS)
+
+
+def _open(size: tuple[int, int]) -> Window:
+    try:
+        return open_window(size, visible=False)
+    except (NoGL, NoDisplay) as error:
+        raise ValueError(f"a video needs OpenGL: {error}") from None

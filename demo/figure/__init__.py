@@ -1,0 +1,1 @@
+"""The figure that is drawn: its body, its skin, its colours."""

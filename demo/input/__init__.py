@@ -1,0 +1,1 @@
+"""Keyboard, gamepad and mouse."""

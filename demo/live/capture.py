@@ -1,0 +1,102 @@
+"""What a live run takes in and gives away: recordings, exports, screenshots, and styles learned from dropped files."""
+
+from datetime import datetime
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pygame
+
+from demo.export import export_jobs as takes
+from demo.live.drop_import import Learned
+from demo.ui import panels
+from demo.ui.canvas import ALERT
+from sim.motion.clip import FPS
+
+if TYPE_CHECKING:
+    from demo.live.live import Live
+
+
+def toggle_recording(live: "Live") -> None:
+    """Starts a recording in the current folder, or ends the one that runs.
+
+    The character goes back to standing at the start point, in the styles it wears, because that is where a replay
+    starts: so it makes equal poses."""
+    if live.recorder:
+        stop_recording(live)
+        return
+    path = new_file("jsonl")
+
+    def start() -> None:
+        live.recorder = live.recorder_factory(path, live.stylizers.other, live.pace)
+        live.files.append(path)
+        live.session.restart()
+        live.takes.frames.clear()
+        live.insight.forget()
+        live.view.camera.jump(np.zeros(3))
+        live.say(f"recording into {path}")
+
+    live.guard(start)
+
+
+def stop_recording(live: "Live") -> None:
+    """Ends the recording, if one runs."""
+    if live.recorder:
+        recorder, live.recorder = live.recorder, None
+        live.guard(recorder.close)
+        live.say(f"recorded into {recorder.path}")
+
+
+def export(live: "Live") -> None:
+    """Begins to write the last ten seconds as BVH, glTF and video into the current folder."""
+    if live.takes.busy:
+        live.say("the last export is still being written; press F9 again when it is done")
+    elif live.takes.frames and live.guard(lambda: live.takes.export(new_file(*takes.ENDINGS).with_suffix(""))):
+        live.say(f"exporting the last {len(live.takes.frames) / FPS:.1f} s as BVH, glTF and video; walk on")
+
+
+def show_written(live: "Live", written: takes.Written | None) -> None:
+    """Says what came of an export."""
+    if written:
+        live.files += written.files
+        if written.files:
+            live.say(f"exported {', '.join(path.name for path in written.files)} into {written.files[0].parent}")
+        for problem in written.problems:
+            live.say(problem, ALERT)
+
+
+def wear_learned(live: "Live") -> None:
+    """Puts styles that were learned from dropped files on the picked part, and says what could not be learned."""
+    for result in live.dropped.finished():
+        if isinstance(result, Learned):
+            live.choice.learn(result.style)
+            live.choice.choose(result.style)
+            live.inset.play(result.clip, result.style)
+            live.say(f"learned “{result.style}” ({', '.join(result.movements)}): worn by {panels.readable(live.choice.picked)}, "
+                     "kept for the next start")
+        else:
+            live.say(result.reason, ALERT)
+
+
+def screenshot(live: "Live") -> None:
+    """Saves the picture as it is, with the text, in the current folder."""
+    path = new_file("png")
+
+    def save() -> None:
+        live.paint()
+        pixels = live.window.read_pixels()
+        pygame.image.save(pygame.image.frombuffer(pixels.tobytes(), live.window.size, "RGB"), str(path))
+        live.files.append(path)
+        live.say(f"saved {path}")
+
+    live.guard(save)
+
+
+def new_file(*suffixes: str) -> Path:
+    """A path in the current folder with the first suffix, whose name is free with all of them."""
+    now = f"patchwalk-{datetime.now():%Y%m%d-%H%M%S}"
+    for number in count(1):
+        paths = [Path.cwd() / f"{now}{f'-{number}' if number > 1 else ''}.{suffix}" for suffix in suffixes]
+        if not any(path.exists() for path in paths):
+            return paths[0]

@@ -1,0 +1,115 @@
+"""Files dropped on the window: the BVH clips of one drop become one style, learned in a thread while the character walks on.
+
+Learning is some 0.1 s of numpy and one pass of the encoder for a clip of ten seconds: too long for a frame, too short to
+pay for a process that would first have to import everything. The thread and the walk share Python's lock, so the walk
+misses a frame or two; each has its own core for the arithmetic."""
+
+import textwrap
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Callable, Iterable, Sequence
+
+import pygame
+
+from demo.state.style_names import movement_names
+from sim.motion.clip import Clip
+
+LONGEST = 110  # letters of what is wrong; a list of all the file's joints fits on no screen
+PATIENCE = 60  # turns without news after which a drop counts as whole though its end was never reported
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A new style, the first of the clips it was learned from, and the movements that they show."""
+
+    style: str
+    clip: Clip
+    movements: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Why files are no style, in a sentence."""
+
+    reason: str
+
+
+class Dropped:
+    """Takes the events of drops and gives what came of their files, in the order they were dropped."""
+
+    def __init__(self, stylizer: Callable[[], object]) -> None:
+        """stylizer: gives the one in use (stylizer.runtime.live.LiveStylizer), which learns."""
+        self._stylizer = stylizer
+        self._thread = ThreadPoolExecutor(1, "learn a style")
+        self._waiting: list[Future[Learned | Refused]] = []
+        self._files: list[Path] = []  # of a drop that is being reported
+        self._reporting = False  # whether its beginning was reported, and its end is to come
+        self._quiet = 0  # turns since its last event
+
+    def take(self, events: Iterable[pygame.event.Event]) -> list[list[Path]]:
+        """Takes a turn's events; the files of each drop that is whole now and begun to be learned, as one style.
+
+        SDL reports a drop's beginning, its files and its end, maybe in several turns; where a platform reports the files
+        alone, those of one turn belong together."""
+        whole = []
+        self._quiet += 1
+        for event in events:
+            if event.type in (pygame.DROPBEGIN, pygame.DROPCOMPLETE):
+                whole.append(self._end())
+                self._reporting = event.type == pygame.DROPBEGIN
+            elif event.type == pygame.DROPFILE:
+                self._files.append(Path(event.file))
+            else:
+                continue
+            self._quiet = 0
+        if not self._reporting or self._quiet >= PATIENCE:
+            whole.append(self._end())
+            self._reporting = False
+        whole = [paths for paths in whole if paths]
+        self._waiting += [self._thread.submit(self._try, paths) for paths in whole]
+        return whole
+
+    def finished(self) -> list[Learned | Refused]:
+        """What has come of drops since it was last asked."""
+        done = []
+        while self._waiting and self._waiting[0].done():
+            done.append(self._waiting.pop(0).result())
+        return done
+
+    def _end(self) -> list[Path]:
+        """The files of the drop that is over."""
+        files, self._files = self._files, []
+        return files
+
+    def _try(self, paths: Sequence[Path]) -> Learned | Refused:
+        wrong = next((path for path in paths if path.suffix.lower() != ".bvh"), None)
+        if wrong:
+            return Refused(f"{wrong.name} cannot be a style: drop a motion as a .bvh file")
+        try:
+            stylizer = self._stylizer()
+            style, clip = stylizer.learn(*paths)
+            return Learned(style, clip, movement_names(stylizer.bank[style].gait.movements))
+        except OSError as error:
+            return Refused(f"{Path(error.filename or paths[0]).name} cannot be used: {error.strerror or error}")
+        except ValueError as error:
+            sentence = str(error)
+            for path in paths:
+                sentence = sentence.replace(str(path), path.name)
+            return Refused(_short(sentence))
+        except Exception as error:  # whatever a file does to us, the walk goes on
+            return Refused(f"{shown(paths)} cannot be used: {type(error).__name__}, {error}")
+
+
+def shown(paths: Sequence[Path]) -> str:
+    """The files of a drop, as a message names them."""
+    names = [path.name for path in paths]
+    return " and ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} more files"
+
+
+def _short(sentence: str) -> str:
+    """What is wrong, cut where it is long, and what to do, whole: the two are parted by a semicolon."""
+    wrong, parted, remedy = sentence.replace("given with --map", "given to `patchwalk styles add` with --map").rpartition("; ")
+    if not parted:
+        wrong, remedy = sentence, ""
+    return textwrap.shorten(wrong, LONGEST, placeholder=" ...") + parted + remedy

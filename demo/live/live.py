@@ -1,0 +1,240 @@
+"""The live loop: devices, session, renderer, at 60 simulated frames a second whatever the picture costs."""
+
+import gc
+import time
+import warnings
+from dataclasses import dataclass, replace
+from itertools import cycle
+from pathlib import Path
+from typing import Callable, Iterable, Sequence
+
+import pygame
+
+from demo.export import export_jobs as takes
+from demo.export.vmc import Sender
+from demo.input.devices import Devices
+from demo.live import actions, overlay
+from demo.live import capture as taking
+from demo.live.debug_overlay import Insight
+from demo.live.drop_import import Dropped, shown
+from demo.render.inset import Inset
+from demo.render.renderer import Renderer
+from demo.render.view import View
+from demo.render.window import Window, open_window
+from demo.state.bindings import DEFAULT, Bindings
+from demo.state.presets import Presets
+from demo.state.style_choice import StyleChoice
+from demo.state.stylizers import Stylizers
+from demo.ui import panels
+from demo.ui.canvas import ALERT, INK
+from demo.ui.hints import Hints
+from demo.ui.menu import Menu
+from sim.command import Command
+from sim.io.recording import Recorder
+from sim.motion.clip import FPS
+from sim.session import Frame, Session
+
+FRAME_SECONDS = 1 / FPS
+MAX_CATCH_UP = 4  # simulated frames that one picture may make up for; a longer stop is counted, not raced after
+TOAST_SECONDS = 4.0
+READING_SPEED = 20.0  # letters a second
+FIGURES_SECONDS = 0.25  # how often the figures of the status line change
+ATTRACT_ORBIT = 0.12  # radians a second that the camera goes round while the window plays by itself
+
+MakeRecorder = Callable[[Path, str | None, bool], Recorder]  # as the class itself
+
+
+@dataclass(frozen=True)
+class LiveReport:
+    """What a live run was: simulated frames, pictures drawn, frames missed, files written."""
+
+    frames: int
+    pictures: int
+    missed: int
+    files: tuple[Path, ...]
+
+
+def run_live(session: Session, styles: Sequence[str], seconds: float | None = None, window: Window | None = None,
+             recorder_factory: MakeRecorder = Recorder, clock: Callable[[], float] = time.perf_counter,
+             sleep: Callable[[float], None] = time.sleep, attract: Iterable[Command] = (),
+             bindings: Bindings = DEFAULT, presets: Presets | None = None, stream: Sender | None = None) -> LiveReport:
+    """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
+
+    styles: the names to choose from. attract: commands that are played, over and over, until somebody touches a control.
+    stream: where each frame is sent as it is made.
+    Raises NoDisplay or NoGL where no window can be had; what goes wrong later is shown on screen."""
+    presets = presets or Presets()
+    with window or open_window() as window:
+        live = Live(session, styles, window, recorder_factory, clock, attract, bindings, presets, stream)
+        if stream:
+            live.say(f"streaming poses to {stream.address[0]}:{stream.address[1]} (VMC)")
+        try:
+            live.run(seconds, sleep)
+        finally:
+            taking.stop_recording(live)
+    if live.takes.busy:
+        print("Finishing the export.", flush=True)
+        written = live.takes.finished(wait=True)
+        live.files += written.files
+        for problem in written.problems:
+            warnings.warn(problem, stacklevel=2)
+    return LiveReport(live.frames, live.pictures, live.missed, tuple(live.files))
+
+
+class Live:
+    """The state of a live run, which demo.live.actions, demo.live.capture and demo.live.overlay read and change.
+
+    `do` carries out an action; keys that are only held are the devices' affair."""
+
+    def __init__(self, session: Session, styles: Sequence[str], window: Window,
+                 recorder_factory: MakeRecorder = Recorder,
+                 clock: Callable[[], float] = time.perf_counter, attract: Iterable[Command] = (),
+                 bindings: Bindings = DEFAULT, presets: Presets | None = None, stream: Sender | None = None) -> None:
+        self.session, self.window = session, window
+        self.devices, self.choice, self.view = Devices(bindings), StyleChoice(styles), View()
+        self.presets, self.preset = presets or Presets(), 0
+        self.menu, self.hints, self.insight = Menu(bindings), Hints(bindings), Insight(session)
+        self.seen = {"contacts"}  # of demo.live.actions.SEEN
+        self.hidden = self.leaving = self.helping = False
+        self.pace = True  # whether the styles of the legs set speed, stride and cadence
+        self._attract = cycle(attract)
+        self.playing = next(self._attract, None)  # the next command of the attract mode, None once somebody took over
+        self.renderer = Renderer(window.size)
+        self.recorder: Recorder | None = None
+        self.takes = takes.Takes()
+        self.stylizers = Stylizers(session)
+        self.dropped = Dropped(lambda: session.stylizer)
+        self.inset = Inset()
+        self.stream = stream
+        self.files: list[Path] = []
+        self.frames = self.pictures = self.missed = 0
+        self.recorder_factory, self.clock, self.bindings = recorder_factory, clock, bindings
+        self.frame: Frame | None = None
+        self.toasts: list[tuple[float, str, tuple]] = []  # when it goes, text, colour
+        self.figures = panels.Figures(FIGURES_SECONDS)
+        self.picked_at = float("-inf")  # when a part was picked last, which lights it up
+        self.type(False)
+
+    # ---- the loop -----------------------------------------------------------
+
+    def run(self, seconds: float | None, sleep: Callable[[float], None]) -> None:
+        """Each turn: events, the simulated frames that are due, one picture; then sleep until the next is due."""
+        last = None if seconds is None else round(seconds * FPS)
+        self.step()
+        self.draw()  # the first picture is slow: drivers finish compiling with it, so the clock starts after
+        gc.collect()
+        gc.freeze()  # what the window is made of is here to stay: the collector need not walk it between two pictures
+        due_at = self.clock() + FRAME_SECONDS
+        while not self.leaving and (last is None or self.frames < last):
+            events = pygame.event.get()
+            for paths in self.dropped.take(events):
+                self.wake()
+                self.say(f"learning {shown(paths)}")
+            for action in self.devices.handle(events):
+                self.do(action)
+            now = self.clock()
+            if now < due_at:
+                sleep(due_at - now)
+                continue
+            due = int((now - due_at) / FRAME_SECONDS) + 1
+            due_at += due * FRAME_SECONDS
+            steps = min(due, MAX_CATCH_UP)
+            self.missed += due - steps
+            for _ in range(steps if last is None else min(steps, last - self.frames)):
+                self.step()
+            self.draw()
+
+    def step(self) -> None:
+        """One simulated frame."""
+        command = self._command()
+        try:
+            self.frame = self.session.step(command)
+        except ValueError as error:  # a style that the bank refuses
+            self.say(str(error), ALERT)
+            taking.stop_recording(self)  # the controller has gone on, and the recording must not say that it has not
+            self.playing, self.choice.style = None, self.frame.command.style if self.frame else {}
+            return
+        if self.recorder and not self.guard(lambda: self.recorder.write(command)):
+            self.recorder = None
+        self.frames += 1
+        self.takes.frames.append(self.frame)
+        self.inset.step()
+        if self.stream:
+            self.stream.send(self.frame)
+        self.insight.follow(self.frame)
+        self.view.camera.orbit(*self.devices.take_camera())
+        self.view.follow(self.frame, FRAME_SECONDS)
+
+    def _command(self) -> Command:
+        """What is asked for in the next frame: by a person, or by the recording that plays until there is one."""
+        facing = self.frame.styled.root_facing if self.frame else 0.0
+        style = {} if self.devices.holds("compare") else self.choice.style
+        command = replace(self.devices.command(self.view.camera.yaw, facing, style, FRAME_SECONDS), pace=self.pace)
+        if self.playing is None:
+            return command
+        playing, self.playing = self.playing, next(self._attract)
+        self.view.camera.orbit(ATTRACT_ORBIT * FRAME_SECONDS, 0.0)
+        return playing
+
+    def draw(self) -> None:
+        """One picture of the newest frame."""
+        taking.show_written(self, self.takes.finished())
+        taking.wear_learned(self)
+        now = self.clock()
+        self.toasts = [toast for toast in self.toasts if toast[0] > now]
+        latency = self.session.latency
+        self.figures.tick(now, latency.last_ms("frame"), latency.last_ms("render"))
+        with latency.stage("render"):
+            overlay.look(self, now)
+            self.paint()
+        self.window.show()
+        self.pictures += 1
+
+    def paint(self) -> None:
+        """Draws the newest frame and what lies over it, without showing it yet."""
+        self.window.bind()
+        self.renderer.draw(self.frame, self.view)
+        self.inset.draw(self.window.size)
+
+    # ---- what actions do -----------------------------------------------------------
+
+    def do(self, action: str) -> None:
+        """Carries out an action of demo.live.actions."""
+        self.hints.done(action)
+        actions.do(self, action)
+
+    def wake(self) -> None:
+        """Somebody touched a control: the attract mode ends, and the character is theirs."""
+        self.playing = None
+
+    def say(self, text: str, colour=INK) -> None:
+        """Shows a sentence for as long as it takes to read."""
+        self.toasts.append((self.clock() + max(TOAST_SECONDS, len(text) / READING_SPEED), text, colour))
+
+    def glow(self) -> None:
+        """The picked parts light up for a moment."""
+        self.picked_at = self.clock()
+
+    def type(self, on: bool) -> None:
+        """Keys go to the search line, or back to steering."""
+        self.menu.open = False
+        self.devices.mode = "typing" if on else ""
+        if on:
+            pygame.key.start_text_input()
+        else:
+            pygame.key.stop_text_input()  # else the key that opens the search would also be typed into it
+            self.choice.search = ""
+
+    def guard(self, write: Callable[[], None]) -> bool:
+        """Runs what writes a file, True if it could; where it fails the screen says so, and the character walks on."""
+        try:
+            write()
+        except (OSError, pygame.error) as error:
+            self.say(f"cannot write: {error}", ALERT)
+            return False
+        return True
+
+    def resize(self) -> None:
+        """Follows the window."""
+        if self.window.follow_size():
+            self.renderer.resize(self.window.size)

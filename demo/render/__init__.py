@@ -1,0 +1,1 @@
+"""The scene on the screen: window, camera, OpenGL passes."""

@@ -1,0 +1,79 @@
+"""A clip played small in the window's lower right corner: what a style was learned from."""
+
+import numpy as np
+
+from demo.render.camera import Camera
+from demo.render.renderer import Renderer
+from demo.render.view import View
+from sim.body.pose import Pose
+from sim.body.skeleton import PART_NAMES
+from sim.command import Command
+from sim.motion.clip import FPS, Clip, root_frame
+from sim.session import Frame
+
+SECONDS = 10.0  # that a clip plays at most, over and over if it is shorter
+SIDES = (0.24, 0.30)  # width and height, as shares of the window's height
+MARGIN, BORDER = 14, 2  # pixels at a window height of 720
+EVERY = 2  # the window's pictures to one of the clip: half as smooth, half the price
+BORDER_COLOUR = (0.07, 0.094, 0.125)
+
+
+class Inset:
+    """Plays one clip at a time. Needs the window's context, as the renderer does."""
+
+    def __init__(self) -> None:
+        self._frames: list[Frame] = []  # of the clip
+        self._left = 0  # simulated frames that it still plays
+        self._renderer = self._picture = None  # made with the first picture
+        self._age = 0  # of the picture, in pictures of the window
+
+    @property
+    def playing(self) -> bool:
+        """Whether a clip is shown."""
+        return self._left > 0
+
+    def play(self, clip: Clip, style: str) -> None:
+        """Shows a clip from its start, in the colour of a style."""
+        clip = clip[:round(SECONDS * FPS)]
+        root = root_frame(clip.positions(), clip.fps)
+        command = Command(style=dict.fromkeys(PART_NAMES, (style, 1.0)))
+        poses = [Pose(*pose, np.zeros(4), 0.0) for pose in zip(root.positions, root.facing, clip.hips, clip.global_rotations())]
+        self._frames = [Frame(command, pose, pose) for pose in poses]
+        self._left = round(SECONDS * FPS)
+        self._view = View(Camera(yaw=float(root.facing[0]) + np.pi + 0.6, distance=3.1), arrow=False, contacts=False)
+        self._view.camera.jump(root.positions[0])
+
+    def step(self) -> None:
+        """Lets a simulated frame pass."""
+        if self.playing:
+            self._left -= 1
+            frame = self._frame()
+            if frame is self._frames[0]:
+                self._view.camera.jump(frame.styled.root_position)
+            self._view.follow(frame, 1 / FPS)
+
+    def draw(self, window_size: tuple[int, int]) -> None:
+        """Draws it over the picture in the bound framebuffer of (width, height) pixels."""
+        if not self.playing:
+            return
+        from demo.render import gl  # only now: a window must be open
+        window, (width, height) = gl.bound_framebuffer(), window_size
+        self._fit(gl, tuple(max(1, round(side * height)) for side in SIDES))
+        if self._age % EVERY == 0:
+            self._picture.bind()
+            self._renderer.draw(self._frame(), self._view)
+        self._age += 1
+        margin, border = (round(pixels * height / 720) for pixels in (MARGIN, BORDER))
+        gl.inlay(self._picture, window, width - self._picture.width - margin, margin, border, BORDER_COLOUR)
+
+    def _frame(self) -> Frame:
+        return self._frames[(round(SECONDS * FPS) - self._left) % len(self._frames)]
+
+    def _fit(self, gl, size: tuple[int, int]) -> None:
+        """Follows the window's size."""
+        if self._picture is None:
+            self._renderer, self._picture = Renderer(size), gl.Target(*size, depth=False)
+        elif (self._picture.width, self._picture.height) != size:
+            self._picture.delete()
+            self._renderer.resize(size)
+            self._picture, self._age = gl.Target(*size, depth=False), 0

@@ -1,0 +1,132 @@
+"""The renderer: one picture from one frame, drawn into the bound framebuffer; window, tests and video share it."""
+
+import numpy as np
+
+from demo.figure import body, colours
+from demo.render import ground_decals as marks
+from demo.render.camera import Camera
+from demo.render.view import View
+from demo.ui import hud
+from sim.body.skeleton import PART_NAMES
+from sim.session import Frame
+
+TO_LIGHT = np.array([0.36, 0.84, 0.41]) / np.linalg.norm([0.36, 0.84, 0.41])
+SHADOW_MARGIN = 0.3  # metres of ground round the joints' shadows that the body's blurred one can reach
+HARDWARE_SAMPLES = 4
+SOFTWARE_PIXELS = 1280 * 720  # of the scene where a processor draws; a larger window shows it magnified, its text sharp
+GROUND_SEEN = 60.0  # metres: the sky is drawn down to the ground that far off, where haze has given it the sky's colour
+COLOUR_EASE = 0.15  # share of a colour's change that one picture makes
+
+__all__ = ["Renderer", "View"]
+
+
+class Renderer:
+    """Draws frames. Needs a current OpenGL 3.3 context: make one with demo.render.window.open_window first."""
+
+    def __init__(self, size: tuple[int, int], samples: int | None = None) -> None:
+        """size: (width, height) pixels. samples a pixel: by default 4 on graphics hardware, else 1."""
+        # Only now: PyOpenGL picks its platform when it is imported, which must follow the window.
+        from demo.render import gl
+        from demo.render import render_passes as passes
+
+        self._gl, self._bodies, self._shadow = gl, passes.Bodies(), passes.Shadow()
+        self._scenery, self._marks, self._panels = passes.Scenery(), passes.ground_marks(), passes.Panels()
+        self._lines = passes.lines()
+        software = gl.is_software()
+        self._samples = (0 if software else HARDWARE_SAMPLES) if samples is None else samples
+        self._most_pixels = SOFTWARE_PIXELS if software else float("inf")
+        self._colours: np.ndarray | None = None
+        self._scene = None
+        self.resize(size)
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Follows the window: size (width, height) pixels."""
+        if self._scene is not None:
+            self._scene.delete()
+        output = self._gl.bound_framebuffer()
+        self.size = tuple(size)
+        shrink = min(1.0, (self._most_pixels / (size[0] * size[1])) ** 0.5)
+        self._scene = self._gl.Target(*(max(1, round(side * shrink)) for side in size), samples=self._samples)
+        self._gl.bind_framebuffer(output, self.size)
+
+    def draw(self, frame: Frame, view: View) -> None:
+        """One picture: shadow, sky and ground, marks, bodies, lines, panels."""
+        output = self._gl.bound_framebuffer()
+        camera, size = view.camera, (self._scene.width, self._scene.height)
+        world_to_clip = camera.world_to_clip(size[0] / size[1])
+
+        figures = self._figures(frame, view)
+        area = _shadow_area(frame, view)
+        shadow = self._shadow.draw(self._bodies, figures, to_light=TO_LIGHT, area=area)
+
+        self._scene.bind()
+        self._gl.clear_depth()
+        self._scenery.draw(*_sky(camera, size), camera.target, world_to_clip)
+        self._scenery.shade(shadow, area, world_to_clip)
+        self._marks.draw(self._ground_marks(frame, view), world_to_clip=world_to_clip)
+        pixel = 2 * np.tan(camera.field_of_view / 2) / min(size)
+        seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "pixel": pixel}
+        self._bodies.draw(figures, to_light=TO_LIGHT, **seen)
+        self._bodies.draw_ghosts(_ghosts(frame, view), **seen)
+        self._lines.draw(_lines(frame, view, size), world_to_clip=world_to_clip, half_size=(size[0] / 2, size[1] / 2))
+
+        self._scene.resolve_to(output, self.size)
+        self._panels.draw([*hud.place(view.panels, self.size), *view.over], *self.size)
+        self._gl.finish()  # whoever times this call means the picture, not the order for it
+
+    def _figures(self, frame: Frame, view: View) -> list[body.Figure]:
+        wanted = colours.part_colours(frame.command.style)
+        if self._colours is None:
+            self._colours = wanted
+        self._colours = self._colours + COLOUR_EASE * (wanted - self._colours)
+        figures = [body.figure(frame.styled, colours.brightened(self._colours, view.glow))]
+        if view.twin == "beside":
+            figures.append(body.figure(frame.neutral, np.tile(colours.TWIN, (len(wanted), 1)), view.twin_shift))
+        return figures
+
+    def _ground_marks(self, frame: Frame, view: View) -> np.ndarray:
+        rows = marks.shades(frame.styled)
+        if view.twin == "beside":
+            rows += marks.shades(frame.neutral, view.twin_shift)
+        if view.contacts:
+            rows += marks.contacts(frame.styled)
+        if view.arrow and view.paths is None:
+            rows += marks.arrow(frame)
+        return np.array(rows, np.float32)
+
+
+def _shadow_area(frame: Frame, view: View) -> tuple[float, float, float]:
+    """The square of ground that holds the shadows: centre x, z and half its side. A small one is quick to draw."""
+    joints = frame.styled.positions
+    if view.twin == "beside":
+        joints = np.concatenate([joints, frame.neutral.positions + view.twin_shift])
+    ground = joints[:, [0, 2]] - TO_LIGHT[[0, 2]] * (joints[:, 1:2] / TO_LIGHT[1])  # the shadow falls away from the light
+    low, high = ground.min(0) - SHADOW_MARGIN, ground.max(0) + SHADOW_MARGIN
+    return *((low + high) / 2), float((high - low).max() / 2)
+
+
+def _ghosts(frame: Frame, view: View) -> list[tuple[body.Figure, float]]:
+    """Figures that can be seen through, with their opacities: the neutral twin, and the past, which fades."""
+    ghosts = [(pose, colours.PAST, 0.10 + 0.35 * (age + 1) / len(view.past)) for age, pose in enumerate(view.past)]
+    if view.twin == "ghost":
+        ghosts.append((frame.neutral, colours.GHOST, 0.85))
+    return [(body.figure(pose, np.tile(colour, (len(PART_NAMES), 1))), opacity) for pose, colour, opacity in ghosts]
+
+
+def _lines(frame: Frame, view: View, size: tuple[int, int]) -> np.ndarray:
+    rows = []
+    if view.paths is not None:
+        rows += marks.paths(view.paths, hud.scale_for(size))
+    if view.skeleton:
+        rows += marks.skeleton(frame.styled, colours.BONES, hud.scale_for(size))
+        if view.twin == "beside":
+            rows += marks.skeleton(frame.neutral, colours.BONES, hud.scale_for(size), view.twin_shift)
+    return np.array(rows, np.float32)
+
+
+def _sky(camera: Camera, size: tuple[int, int]) -> tuple[float, tuple[float, float]]:
+    """Where the ground ends, in clip units, and the sine of the elevation in the middle with its growth upwards."""
+    half = np.arctan(np.tan(camera.field_of_view / 2) / min(1.0, size[0] / size[1]))
+    below = camera.pitch - np.arctan2(camera.eye[1], GROUND_SEEN)
+    middle = np.sin(-camera.pitch)
+    return float(np.tan(below) / np.tan(half)), (middle, np.sin(half - camera.pitch) - middle)

@@ -1,0 +1,47 @@
+"""What the picture shows besides the frame itself: camera, twin, what is seen inside, panels."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from demo.render.camera import Camera
+from demo.ui.hud import Panel, Placed
+from sim.body.pose import Pose
+from sim.session import Frame
+
+TWIN_DISTANCE = 1.15  # metres between the character and its neutral twin
+TWINS = ("", "beside", "ghost")
+
+
+@dataclass(frozen=True)
+class Paths:
+    """The root's way on the floor, each (n, 2) world x, z: what was gone, what is asked, what the network expects."""
+
+    past: np.ndarray
+    asked: np.ndarray
+    predicted: np.ndarray
+
+
+@dataclass
+class View:
+    """One picture's settings. Only the camera remembers anything: call `follow` once a picture."""
+
+    camera: Camera = field(default_factory=Camera)
+    twin: str = ""  # one of TWINS: the neutral motion beside the character, or about it as a ghost
+    arrow: bool = True
+    contacts: bool = True
+    skeleton: bool = False
+    paths: Paths | None = None
+    past: tuple[Pose, ...] = ()  # earlier poses drawn as ghosts, the oldest first
+    glow: dict[str, float] = field(default_factory=dict)  # body part -> 0..1, brightened
+    panels: tuple[Panel, ...] = ()
+    over: tuple[Placed, ...] = ()  # what lies over the panels at a place of its own
+
+    @property
+    def twin_shift(self) -> np.ndarray:
+        """(3,) from the character to its twin: always beside it in the picture, or where the character is."""
+        return -self.camera.right * (TWIN_DISTANCE if self.twin == "beside" else 0.0)
+
+    def follow(self, frame: Frame, seconds: float) -> None:
+        """Moves the camera with the character (with what lies between it and its twin) for `seconds`."""
+        self.camera.follow(frame.styled.root_position + self.twin_shift / 2, seconds)

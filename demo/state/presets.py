@@ -1,0 +1,69 @@
+"""Eight presets of what the whole body wears: kept in one file in the user's folder, with bundled ones to begin with."""
+
+import json
+from pathlib import Path
+from typing import Mapping
+
+from demo.state.bindings import SLOTS
+from sim import style_spec as worn
+from sim.body.skeleton import GROUPS, PART_NAMES
+from sim.io.atomic_write import replacing
+from sim.io.user_dirs import data_folder
+from sim.style_spec import Worn
+
+BUNDLED = Path(__file__).parents[1] / "presets.json"
+FORMAT = "patchwalk-presets"
+Preset = tuple[str, Mapping[str, Worn]]  # name, what each part wears
+
+
+class Presets:
+    """slot (1 .. 8) -> preset. Nothing is written before the first `save`."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        """Raises ValueError, naming the slot, for a file with a mistake: it would be lost at the next save."""
+        self.path = path or data_folder() / "presets.json"
+        self.slots = _read(self.path if self.path.exists() else BUNDLED)
+
+    def save(self, slot: int, style: Mapping[str, Worn]) -> str:
+        """Keeps `style` in a slot and on the disk; returns the name it got. Raises OSError where it cannot be written."""
+        slots = {**self.slots, slot: (describe(style), style)}
+        content = {"format": FORMAT, "version": 1, "slots": {
+            str(number): {"name": name, "style": worn.encode(wears)} for number, (name, wears) in sorted(slots.items())}}
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(self.path) as temporary:
+            temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        self.slots = slots
+        return describe(style)
+
+
+def describe(style: Mapping[str, Worn]) -> str:
+    """A short name for what a body wears, such as `old legs, proud arms`; parts that wear the same go by their group."""
+    if not style:
+        return "own style"
+    left = list(style)
+    names = []
+    for group, parts in [(group, parts) for group, parts in reversed(GROUPS.items()) if group != "upper"] \
+            + [(part, (part,)) for part in PART_NAMES]:
+        if all(part in left for part in parts) and len({worn.names(style[part]) for part in parts}) == 1:
+            left = [part for part in left if part not in parts]
+            what = " and ".join(worn.names(style[parts[0]]))
+            names.append(what if group == "all" else f"{what} {group.replace('_', ' ')}")
+    return ", ".join(names)
+
+
+def _read(path: Path) -> dict[int, Preset]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(content, dict) or content.get("format") != FORMAT or not isinstance(content.get("slots"), dict):
+            raise ValueError(f'it must hold {{"format": "{FORMAT}", "version": 1, "slots": {{...}}}}')
+    except ValueError as error:
+        raise ValueError(f"{path}: these are no presets: {error}; mend the file or move it away") from None
+    slots = {}
+    for number, preset in content["slots"].items():
+        try:
+            if number not in map(str, SLOTS) or not isinstance(preset, dict) or not isinstance(preset.get("name"), str):
+                raise ValueError(f'slots are 1 .. {len(SLOTS)}, each with a "name" and a "style"')
+            slots[int(number)] = preset["name"], worn.decode(preset.get("style"), {})
+        except ValueError as error:
+            raise ValueError(f"{path}, slot {number}: {error}; mend the file or move it away") from None
+    return slots

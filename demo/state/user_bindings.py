@@ -1,0 +1,101 @@
+"""The user's own bindings: `keys.toml` in the user's folder, laid over the table of demo.state.bindings."""
+
+import tomllib
+import warnings
+from dataclasses import replace
+from difflib import get_close_matches
+from pathlib import Path
+
+import pygame
+
+from demo.state.bindings import CONTROLS, DEFAULT, Bindings, Names
+from sim.io.user_dirs import data_folder
+
+DEVICES = {"keys": "keys", "gamepad": "pad", "mouse": "mouse"}  # section of the file -> field of Bindings
+MOUSE = ("left", "middle", "right", "back", "forward", "wheel up", "wheel down")
+PAD = tuple(name.removeprefix("CONTROLLER_BUTTON_").lower() for name in sorted(vars(pygame))
+            if name.startswith("CONTROLLER_BUTTON_") and name != "CONTROLLER_BUTTON_MAX" and "INVALID" not in name) \
+    + ("lefttrigger", "righttrigger", "left stick", "right stick")
+PREFIXES = {"keys": ("ctrl+", "shift+"), "gamepad": ("lefttrigger+",), "mouse": ()}
+
+HEAD = """# Patchwalk: which key, mouse button or gamepad control does what.
+# Lines that you do not change may go; `action = []` leaves an action without a key.
+# Keys: SDL's names, perhaps after "ctrl+" and "shift+". Gamepad: SDL's names, perhaps after "lefttrigger+".
+# Mouse: left, middle, right, back, forward, "wheel up", "wheel down".
+"""
+
+
+def path() -> Path:
+    """Where the file is looked for; it need not exist."""
+    return data_folder() / "keys.toml"
+
+
+def load(file: Path | None = None) -> Bindings:
+    """The user's bindings, or the built-in ones where there is no file.
+
+    A name that the file gives to an action is taken from the action that has it in the table. Raises ValueError, naming
+    the line or the field, for a file with a mistake."""
+    file = file or path()
+    if not file.exists():
+        return DEFAULT
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{file}: this is no TOML: {error}; `patchwalk keys` prints one that is right") from None
+    bindings = DEFAULT
+    for section, entries in content.items():
+        if section not in DEVICES or not isinstance(entries, dict):
+            raise ValueError(f"{file}: unknown section '{section}'; there are [{'], ['.join(DEVICES)}]")
+        table = _laid_over(getattr(DEFAULT, DEVICES[section]), entries, section, file)
+        bindings = replace(bindings, **{DEVICES[section]: table})
+    return bindings
+
+
+def template(bindings: Bindings = DEFAULT) -> str:
+    """A whole file with the given bindings, each line explained."""
+    text = HEAD
+    for section, name in DEVICES.items():
+        text += f"\n[{section}]\n"
+        for control in CONTROLS:
+            actions = getattr(control, name)
+            if actions:
+                text += f"# {control.help}\n"
+            for action in actions:
+                names = ", ".join('"' + key.replace("\\", "\\\\") + '"' for key in getattr(bindings, name)[action])
+                text += f"{action} = [{names}]\n"
+    return text
+
+
+def _laid_over(table: dict[str, Names], entries: dict, section: str, file: Path) -> dict[str, Names]:
+    taken: dict[str, str] = {}
+    for action, names in entries.items():
+        where = f"{file}, [{section}] {action}"
+        if action not in table:
+            near = get_close_matches(action, table, 1)
+            raise ValueError(f"{where}: there is no such action; " + (f"did you mean '{near[0]}'?" if near else
+                                                                       "`patchwalk keys` lists them all"))
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            raise ValueError(f'{where}: give a list of names, such as {action} = ["{(table[action] or ("w",))[0]}"]')
+        for name in names:
+            _check(name, section, where)
+            if name in taken and {action, taken[name]} != {"touch", "orbit"}:  # one button clicks and drags
+                raise ValueError(f"{where}: '{name}' is given to {taken[name]} already; leave it out of one of them")
+            taken[name] = action
+    own = {action: tuple(names) for action, names in entries.items()}
+    return {action: own.get(action, tuple(name for name in names if name not in taken)) for action, names in table.items()}
+
+
+def _check(name: str, section: str, where: str) -> None:
+    plain = name
+    for prefix in PREFIXES[section]:
+        plain = plain.removeprefix(prefix)
+    known = {"gamepad": PAD, "mouse": MOUSE}.get(section)
+    if known is not None and plain not in known:
+        raise ValueError(f"{where}: there is no '{name}'; use {', '.join(known)}")
+    if known is None:
+        try:
+            with warnings.catch_warnings(action="ignore"):  # pygame doubts its own answer before a window is open
+                pygame.key.key_code(plain)
+        except ValueError:
+            raise ValueError(f"{where}: there is no key '{name}'; use names such as w, space, left shift, f5, "
+                             "page up, keypad 1, ctrl+1") from None

@@ -1,0 +1,131 @@
+"""The README's pictures: `python -m demo.tools.pictures` draws them again, with the product's own session, window and
+renderer."""
+
+import tempfile
+from pathlib import Path
+from typing import Iterator
+
+import numpy as np
+import pygame
+
+from demo import assemble
+from demo.export import video
+from demo.live.live import Live
+from demo.render.camera import Camera
+from demo.render.renderer import Renderer
+from demo.render.view import View
+from demo.render.window import Window, open_window
+from demo.state.presets import Presets, describe
+from demo.ui import panels
+from sim.body.skeleton import expand_part
+from sim.command import Command
+from sim.motion.clip import FPS
+from sim.session import Session
+from sim.style_spec import Worn
+from stylizer.runtime import catalogue
+
+FOLDER = Path(__file__).parents[1] / "pictures"
+STRIP_SIZE = (250, 360)  # pixels of each walker
+STRIP_FRAMES = 204  # of a straight walk; the moment is chosen so that the step is wide
+STRIP_DISTANCE = 2.7  # metres from the camera
+# What each walker of the strip wears: part or group -> style.
+STRIP = ({}, {"all": "old"}, {"all": "proud"}, {"all": "childish"}, {"all": "marching"},
+         {"legs": "old", "spine": "proud", "arms": "marching"})
+SYSTEM_SIZE = (220, 280)
+SYSTEM_STRIP = ({}, *({"all": style} for style in ("old", "proud", "childish", "giant", "hunched")))
+
+WINDOW_SIZE = (1280, 720)
+WINDOW_FRAMES = 150
+WINDOW_ACTIONS = ("preset_1", "pick_left_arm", "skeleton", "trajectory", "phase", "times", "attention", "twin")
+
+GIF_SIZE = (400, 280)
+GIF_START = 150  # frames of walking before the first picture
+# Frames after the first picture -> what is put on then.
+GIF_STYLES = {0: {}, 45: {"legs": "old"}, 95: {"spine": "proud"}, 145: {"arms": "marching"}, 205: {"all": "childish"}}
+GIF_FRAMES = 270
+GIF_WALK = (-0.3, 0.95)  # the stick
+GIF_DISTANCE = 3.0
+
+
+def draw() -> None:
+    """Writes every picture."""
+    strip()
+    systems()
+    live_window()
+    gif()
+
+
+def strip() -> None:
+    """styles.png: the same step of the same walk, in one style after another."""
+    with open_window(STRIP_SIZE, visible=False) as window:
+        _save("styles.png", np.concatenate([_walker(window, wears) for wears in STRIP], axis=1))
+
+
+def systems() -> None:
+    """systems.png: the same step in the same styles, as each stylizer of the package has them, one a row."""
+    with open_window(SYSTEM_SIZE, visible=False) as window:
+        rows = [[_walker(window, wears, name) for wears in SYSTEM_STRIP] for name in catalogue.names()]
+        _save("systems.png", np.concatenate([np.concatenate(row, axis=1) for row in rows], axis=0))
+
+
+def live_window() -> None:
+    """window.png: the live window with its panels and what can be seen inside."""
+    with open_window(WINDOW_SIZE, visible=False) as window, tempfile.TemporaryDirectory() as folder:
+        session = assemble.build_session()
+        clock = iter(np.arange(0, 1e6, 1 / FPS))
+        live = Live(session, session.stylizer.styles, window, clock=lambda: next(clock), presets=Presets(Path(folder) / "none"))
+        live.devices.command = lambda yaw, facing, style, seconds: Command((0.45, 0.85), style=style, pace=True)
+        live.view.camera.orbit(0.35, 0.02)
+        for action in WINDOW_ACTIONS:
+            live.do(action)
+        for _ in range(WINDOW_FRAMES):
+            live.step()
+            live.draw()  # each one, because times and colours are of the pictures before
+        _save("window.png", window.read_pixels())
+
+
+def gif() -> None:
+    """walk.gif: one walk, restyled part by part."""
+    video.write_gif(FOLDER / "walk.gif", _restyled_walk())
+
+
+def _restyled_walk() -> Iterator[np.ndarray]:
+    session, style = assemble.build_session(), {}
+    view = View(Camera(distance=GIF_DISTANCE), arrow=False, contacts=False)
+    with open_window(GIF_SIZE, visible=False) as window:
+        renderer = Renderer(window.size)
+        for number in range(-GIF_START, GIF_FRAMES):
+            style = {**style, **_style(GIF_STYLES.get(number, {}))}
+            frame = session.step(Command(GIF_WALK, style=style, pace=True))
+            view.follow(frame, 1 / FPS)
+            if number >= 0 and number % video.GIF_STEP == 0:
+                view.panels = (panels.line(describe(style), "bottom"),)
+                window.bind()
+                renderer.draw(frame, view)
+                yield window.read_pixels()
+
+
+def _walker(window: Window, wears: dict[str, str], stylizer: str | None = None) -> np.ndarray:
+    session: Session = assemble.build_session(stylizer)
+    for _ in range(STRIP_FRAMES):
+        frame = session.step(Command((0.0, 1.0), style=_style(wears), pace=True))
+    caption = ", ".join(f"{name} {group}" if len(wears) > 1 else name for group, name in wears.items()) or "neutral"
+    caption = f"{stylizer}: {caption}" if stylizer else caption
+    view = View(Camera(distance=STRIP_DISTANCE), arrow=False, contacts=False, panels=(panels.line(caption, "bottom"),))
+    view.camera.jump(frame.styled.root_position)
+    window.bind()
+    Renderer(window.size).draw(frame, view)
+    return window.read_pixels()
+
+
+def _style(wears: dict[str, str]) -> dict[str, Worn]:
+    """Part or group -> style, as a command has it."""
+    return {part: (name, 1.0) for group, name in wears.items() for part in expand_part(group)}
+
+
+def _save(name: str, pixels: np.ndarray) -> None:
+    pygame.image.save(pygame.image.frombuffer(pixels.tobytes(), pixels.shape[1::-1], "RGB"), str(FOLDER / name))
+
+
+if __name__ == "__main__":
+    draw()

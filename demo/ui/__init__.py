@@ -1,0 +1,1 @@
+"""Panels, menus and hints: what is drawn flat over the scene."""

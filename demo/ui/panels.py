@@ -1,0 +1,204 @@
+"""The panels of the live window, each made of widgets from what the program knows: a table at the end says when."""
+
+import textwrap
+from dataclasses import replace
+from functools import cache
+from typing import Collection, Mapping
+
+from demo.figure.colours import OWN_STYLE, part_colours, style_colour
+from demo.state.bindings import DEFAULT, MENU_PAGES, SLOTS, Bindings
+from demo.state.presets import Presets
+from demo.state.style_choice import HALF, OWN, StyleChoice
+from demo.ui.canvas import ACCENT, ALERT, FAINT, INK, SMALL
+from demo.ui.diagram import Diagram
+from demo.ui.hud import Panel
+from demo.ui.menu import Menu
+from demo.ui.plots import Dial, HeatMap, Times
+from demo.ui.widgets import Beside, Button, Buttons, Cell, Choice, Choices, Field, Label, Slider, Stack, Table
+from sim.body.pose import Pose
+from sim.body.skeleton import GROUPS, PART_NAMES
+from sim.latency import Latency
+from sim.style_spec import MAX_STRENGTH, Worn, names
+
+WARDROBE_WIDTH = 282
+OFF = (0.42, 0.47, 0.53)  # the dot of a toggle that is off
+LISTED = 8  # styles seen at once; the slider of a blend takes the room of one
+WIDEST = 90  # letters in a line of a sentence
+UP_DOWN = ("style_previous", "style_next")
+
+
+class Figures:
+    """Frame time, drawing time and pictures a second, each the mean of a short while, so that they can be read."""
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds, self._since, self._ticks = seconds, None, []
+        self.frame_ms = self.draw_ms = self.rate = 0.0
+
+    def tick(self, now: float, frame_ms: float, draw_ms: float) -> None:
+        """Takes in one picture at time `now` in seconds."""
+        if self._since is None:
+            self._since, self.frame_ms = now, frame_ms
+            return
+        self._ticks.append((frame_ms, draw_ms))
+        if now - self._since >= self._seconds:
+            self.frame_ms, self.draw_ms = (sum(column) / len(self._ticks) for column in zip(*self._ticks, strict=True))
+            self.rate = len(self._ticks) / (now - self._since)
+            self._since, self._ticks = now, []
+
+
+def readable(part: str) -> str:
+    """A part's or a group's name as it is shown."""
+    return "whole body" if part == "all" else part.replace("_", " ")
+
+
+def worn_text(worn: Worn) -> str:
+    """`old`, or `old 60% proud` where 60% of the way to proud is gone."""
+    return worn[0] if len(worn) == 2 else f"{worn[0]} › {worn[3]:.0%} {worn[2]}"
+
+
+def parts(style: Mapping[str, Worn], picked: Collection[str] = ()) -> Panel:
+    """The five parts with the styles and strengths of `style` (as in a Command); those that are picked are lit."""
+    return Panel((_parts_table(style, picked),), "top left")
+
+
+def _parts_table(style: Mapping[str, Worn], picked: Collection[str]) -> Table:
+    rows = []
+    for part in PART_NAMES:
+        worn = style.get(part)
+        swatch = style_colour(worn[0]) if worn else OWN_STYLE
+        rows.append((Cell(readable(part), INK, swatch), Cell(worn_text(worn) if worn else OWN, INK if worn else FAINT),
+                     Cell(f"{worn[1]:.0%}" if worn else "")))
+    return Table(tuple(rows), tuple(i for i, part in enumerate(PART_NAMES) if part in picked))
+
+
+def wardrobe(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
+    """The body to pick a part from, and what that part wears: style, strength, the style blended in."""
+    colours = tuple(tuple(colour) for colour in part_colours(choice.style).round(3).tolist())
+    groups = Buttons(tuple(Button("all" if group == "all" else group, f"pick_{group}", choice.picked == group)
+                           for group in GROUPS), SMALL)
+    lines = tuple(Label(text, colour, size) for text, colour, size in _wears(choice))
+    listed = (OWN, *choice.shown)
+    styles = tuple(Choice("no blend" if choice.blending and name == OWN else name, f"choose:{name}",
+                          OWN_STYLE if name == OWN else style_colour(name)) for name in listed)
+    chosen = listed.index(choice.slot) if choice.slot in listed else None
+    colour = OWN_STYLE if choice.name in (OWN, "mixed") else style_colour(choice.name)
+    strength = Slider("strength", f"{choice.strength:.0%}", choice.strength / MAX_STRENGTH, "strength", colour,
+                      ("stronger", "weaker"), mark=1 / MAX_STRENGTH)
+    widgets = [
+        Beside(Diagram(colours, choice.parts), Stack(lines)), groups,
+        Buttons((Button("style", "blend:off", not choice.blending), Button("blend with", "blend:on", choice.blending)), SMALL),
+        Field(choice.search, f"search {len(choice.styles)} styles", typing, "search"),
+        Choices(styles, chosen, LISTED - choice.blending, UP_DOWN), strength]
+    if choice.blending:
+        other = OWN_STYLE if choice.other in (OWN, "mixed") else style_colour(choice.other)
+        widgets.append(Slider("share", f"{choice.share:.0%}", choice.share, "share", other, ("stronger", "weaker"), mark=HALF))
+    widgets.append(Buttons((Button("own", "own_style"), Button("reset", "reset"), Button("random", "random"),
+                            Button("A / B", "compare", comparing, "hold")), SMALL))
+    return Panel(tuple(widgets), "top left", WARDROBE_WIDTH)
+
+
+def _wears(choice: StyleChoice) -> list[tuple]:
+    """What stands beside the body: the picked part, and each part's style below."""
+    lines = [(readable(choice.picked), ACCENT, 18)]
+    for part in PART_NAMES:
+        worn = choice.style.get(part)
+        picked = part in choice.parts
+        lines.append((readable(part), INK if picked else FAINT, 11))
+        lines.append((f"{worn_text(worn)}  {worn[1]:.0%}" if worn else OWN, (INK if picked else FAINT), 13))
+    return lines
+
+
+def presets(slots: Presets) -> Panel:
+    """The eight presets: a click wears one, the right button keeps what is worn."""
+    buttons = []
+    for slot in SLOTS:
+        name, style = slots.slots.get(slot, ("", {}))
+        swatches = tuple(map(tuple, part_colours(style).round(3).tolist())) if name else ()
+        buttons.append(Button(name or f"{slot}: right click saves", f"preset_{slot}", other=f"save_{slot}", swatches=swatches))
+    rows = tuple(Buttons(tuple(buttons[place:place + 2]), 12) for place in range(0, len(buttons), 2))
+    return Panel(rows, "top left", WARDROBE_WIDTH)
+
+
+def corner(menu_open: bool, helping: bool, hidden: bool) -> Panel:
+    """The buttons that are always there, for the mouse."""
+    buttons = (Button("menu", "menu", menu_open), Button("help", "help", helping), Button("show" if hidden else "hide", "panels"))
+    return Panel((Buttons(buttons, SMALL),), "top right", 170)
+
+
+def menu(state: Menu, slots: Presets, is_on) -> Panel:
+    """The open page of the menu; is_on(action) says whether a toggle is on."""
+    tabs = Buttons(tuple(Button(page, f"page:{page}", page == state.page) for page in MENU_PAGES), SMALL)
+    dots = {True: ACCENT, False: OFF, None: None}
+    choices = tuple(Choice(row.text, row.action, dots[is_on(row.action)], row.key, row.other)
+                    for row in state.rows(slots.slots))
+    widgets = [tabs, Choices(choices, state.row, 8, ("menu_up", "menu_down"))]
+    if state.page == "presets":
+        widgets.append(Label("a right click, or X, keeps here what is worn", FAINT, SMALL))
+    return Panel(tuple(widgets), "top right", 330)
+
+
+def status(choice: StyleChoice, figures: Figures, missed: int, facing_held: bool, recorder, brief: bool = False) -> Panel:
+    """The line that is always there: part, style, strength (left out where `brief`), frame time, missed frames."""
+    styled = choice.name != OWN
+    blend = choice.other not in (OWN, "mixed")
+    style = f"{choice.name} › {choice.share:.0%} {choice.other}" if blend else choice.name
+    cells = [] if brief else [Cell(readable(choice.picked), ACCENT), Cell(style),
+                              Cell(f"strength {choice.strength:.0%}", INK if styled else FAINT)]
+    cells += [Cell(f"frame {figures.frame_ms:.1f} ms", FAINT), Cell(f"drawing {figures.draw_ms:.1f} ms", FAINT),
+              Cell(f"{figures.rate:.0f} pictures/s", FAINT), Cell(f"missed {missed}", ALERT if missed else FAINT)]
+    if facing_held:
+        cells.append(Cell("facing held, F frees it", ACCENT))
+    if recorder:
+        cells.append(Cell("recording, R stops", INK, ALERT))
+    return Panel((Table((tuple(cells),), letters=SMALL),), "bottom")
+
+
+def line(text: str, anchor: str, colour=INK) -> Panel:
+    """One sentence, on as many lines as it needs."""
+    return Panel((Table(tuple((Cell(part, colour),) for part in textwrap.wrap(text, WIDEST))),), anchor)
+
+
+def lifted(panel: Panel, lift: float) -> Panel:
+    """The same, farther from its border by some units."""
+    return replace(panel, lift=lift)
+
+
+def times(latency: Latency) -> Panel:
+    """Time by stage of the last two seconds."""
+    return Panel((Label("time by stage, the last two seconds", FAINT, SMALL), Times.of(latency)), "bottom right")
+
+
+def dial(pose: Pose) -> Panel:
+    """Phase and contacts."""
+    contacts = tuple(float(round(contact, 2)) for contact in pose.contacts)
+    return Panel((Dial(round(float(pose.phase), 3), contacts),), "bottom right")
+
+
+def attention(values, part: str, worn: Worn | None) -> Panel:
+    """The attention map of a part: values (content samples, style samples), or a sentence why there is none."""
+    title = Label(f"what the {readable(part)} attends to", FAINT, SMALL)
+    style = f"down: last 0.5 s; across: 3 s of {' and '.join(names(worn)) if worn else 'neutral'}"
+    if isinstance(values, str):
+        return Panel((title, Label(values, ALERT, SMALL)), "bottom right", 250)
+    colour = style_colour(worn[0]) if worn else OWN_STYLE
+    rows = tuple(map(tuple, values.round(3).tolist()))
+    return Panel((title, HeatMap(rows, 3, style, tuple(colour))), "bottom right")
+
+
+@cache
+def controls(bindings_rows: tuple = ()) -> Panel:
+    """The help: every control with its key, mouse and gamepad."""
+    head = tuple(Cell(text, FAINT) for text in ("", "keyboard", "mouse", "gamepad"))
+    rows = [(Cell(what), Cell(keys, ACCENT), Cell(mouse), Cell(pad)) for what, keys, mouse, pad in bindings_rows]
+    return Panel((Table((head, *rows), letters=SMALL, line=16.5),), "center")
+
+
+def help_of(bindings: Bindings = DEFAULT) -> Panel:
+    """The help for some bindings."""
+    return controls(tuple(bindings.help_rows()))
+
+
+def title() -> tuple[Panel, ...]:
+    """What lies over the attract mode."""
+    return (line("Patchwalk plays by itself: press any key, button or the mouse to take over", "bottom", ACCENT),
+            line("F1 help", "top right", FAINT))

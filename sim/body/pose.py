@@ -1,0 +1,62 @@
+"""One frame of the character, as it travels from the controller to the screen."""
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Sequence
+
+import numpy as np
+
+from sim.body.kinematics import forward_kinematics, to_local
+from sim.math import rotations as rot
+
+
+@dataclass(frozen=True)
+class Pose:
+    """The whole body at one instant, in world axes; with a leading axis on every field, many instants at once.
+
+    root_position: (3,) metres on the floor; root_facing: yaw in radians (the character's own ground frame).
+    hips: (3,) metres, the Hips joint. rotations: (21, 4) global rotations.
+    contacts: (4,) 0..1 for left foot, left toe, right foot, right toe. phase: radians in 0 .. 2 pi.
+    """
+
+    root_position: np.ndarray
+    root_facing: float
+    hips: np.ndarray
+    rotations: np.ndarray
+    contacts: np.ndarray
+    phase: float
+
+    @classmethod
+    def stacked(cls, poses: Sequence["Pose"]) -> "Pose":
+        """Many instants, or many characters in one, as one pose with a leading axis."""
+        return cls(*(np.array([getattr(pose, field.name) for pose in poses]) for field in fields(cls)))
+
+    def __getitem__(self, which) -> "Pose":
+        """One or some of many instants."""
+        return Pose(*(getattr(self, field.name)[which] for field in fields(self)))
+
+    @cached_property
+    def positions(self) -> np.ndarray:
+        """(21, 3) world metres by forward kinematics: bones always keep their length."""
+        return forward_kinematics(self.hips, self.rotations)
+
+    @property
+    def local_rotations(self) -> np.ndarray:
+        """(21, 4) rotations relative to the parent."""
+        return to_local(self.rotations)
+
+    def with_body(self, hips: np.ndarray, rotations: np.ndarray) -> "Pose":
+        """The same instant and way with another body posture."""
+        return Pose(self.root_position, self.root_facing, hips, rotations, self.contacts, self.phase)
+
+    def to_character(self, vectors: np.ndarray) -> np.ndarray:
+        """World vectors (..., n, 3) in the character's own facing."""
+        return vectors @ self._to_world
+
+    def to_world(self, vectors: np.ndarray) -> np.ndarray:
+        """Vectors (..., n, 3) in the character's own facing, in world axes."""
+        return vectors @ self._to_world.swapaxes(-1, -2)
+
+    @cached_property
+    def _to_world(self) -> np.ndarray:
+        return rot.to_matrix(rot.from_yaw(self.root_facing))

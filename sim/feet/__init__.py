@@ -1,0 +1,1 @@
+"""Feet on the floor, live and in whole clips."""

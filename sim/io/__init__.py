@@ -1,0 +1,1 @@
+"""Files: BVH, pose arrays, recordings; where they lie and where they come from."""

@@ -1,0 +1,243 @@
+"""Recorded input: a JSON line for each frame whose command changes, written as it happens (DESIGN.md, Sec. 4)."""
+
+import json
+import math
+import warnings
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Iterator
+
+from sim import style_spec as worn
+from sim.command import GAIT_SPEEDS, Command
+from sim.motion.clip import FPS
+from sim.style_spec import is_number, shown
+
+HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
+MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
+FULL_STICK = 1.001  # a stick that rounding made this long is scaled down to length 1
+LAST_BITS = 1e-12  # by which a recorded full stick may be too long: it is left as it is, for the same pose to the last bit
+SMALLEST_FACE = 1e-6  # the length of a facing under which it is no direction
+
+
+class Recorder:
+    """Writes commands to a new file, one `write` a frame; used in a `with` block, or ended by `close`.
+
+    A line goes out at once when something changes, and once a second when nothing does: a line that names only its
+    frame says how long the stretch before it has lasted, so that a crash loses less than a second of input.
+    Raises FileExistsError rather than write over a recording."""
+
+    def __init__(self, path: str | Path, stylizer: str | None = None, pace: bool = False) -> None:
+        """stylizer: the name of the one in use, for whoever plays it; None: the one that is used unless another is named.
+        pace: whether the styles of the legs set the pace at the start; a command that says otherwise is written as a change."""
+        self.path = Path(path)
+        self.frames = 0
+        self._file = open(self.path, "x", encoding="ascii")
+        self._last: dict = {"pace": pace}  # what the lines so far say
+        self._silent = 0  # frames since the last line
+        self._line(HEADER | ({"stylizer": stylizer} if stylizer else {}) | ({"pace": True} if pace else {}))
+
+    def write(self, command: Command) -> None:
+        """Records the command of the next frame."""
+        now = _encode(command)
+        changed = {name: value for name, value in now.items() if self._last.get(name, ...) != value}
+        if "style" in changed:
+            before = self._last.get("style", {})
+            changed["style"] = {part: now["style"].get(part) for part in {**before, **now["style"]}
+                                if before.get(part) != now["style"].get(part)}
+        self._silent += 1
+        if changed or self._silent == FPS:
+            self._line({"frame": self.frames, **changed})
+            self._silent = 0
+        self._last = now
+        self.frames += 1
+
+    def close(self) -> None:
+        """Writes the last line. Nothing can be recorded afterwards."""
+        if not self._file.closed:
+            self._line({"frame": self.frames, "end": True})
+            self._file.close()
+
+    def __enter__(self) -> "Recorder":
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.close()
+
+    def _line(self, content: dict) -> None:
+        self._file.write(json.dumps(content) + "\n")
+        self._file.flush()
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Recorded commands: iterating yields one a frame. `changes` holds (frame, the command from then on); stylizer is the name of
+    the one that it was made with, None where it does not say."""
+
+    changes: tuple[tuple[int, Command], ...]
+    frames: int
+    stylizer: str | None = None
+
+    def __len__(self) -> int:
+        return self.frames
+
+    def __iter__(self) -> Iterator[Command]:
+        starts = [start for start, _ in self.changes]
+        for (start, command), stop in zip(self.changes, [*starts[1:], self.frames], strict=True):
+            for _ in range(start, stop):
+                yield command
+
+    @property
+    def styles(self) -> tuple[str, ...]:
+        """The names of the styles it asks for, each once, in the order they appear."""
+        return tuple(dict.fromkeys(name for _, command in self.changes for wears in command.style.values()
+                                   for name in worn.names(wears)))
+
+
+def read(path: str | Path) -> Recording:
+    """Reads a recording. One that was cut short plays up to and with the frame of its last whole line, with a warning.
+
+    Raises OSError for a file that cannot be read, ValueError naming the line for anything that is not a recording."""
+    *lines, tail = Path(path).read_bytes().split(b"\n")
+    if _is_whole(tail):
+        lines.append(tail)
+    frame, ended, number = -1, False, 1
+    try:
+        header = _header_of(lines[0] if lines else tail)
+        command = Command(pace=_read_pace(header.get("pace", False)))
+        changes = {0: command}
+        for number, line in enumerate(lines[1:], 2):  # noqa: B007 - the error message below needs it
+            if not line.strip():
+                continue
+            if ended:
+                raise ValueError("the recording ended on an earlier line; remove what follows")
+            entry = _parse(line)
+            frame, ended = _frame_of(entry, after=frame), _is_end(entry)
+            command = replace(command, **_fields_of(entry, command))
+            if not ended:
+                changes[frame] = command
+    except ValueError as error:
+        raise ValueError(f"{path}, line {number}: {error}") from None
+    frames = frame if ended else frame + 1
+    if frames == 0:
+        raise ValueError(f"{path}: the recording holds no frames")
+    if not ended:
+        warnings.warn(f"{path} was cut short: it plays up to its last whole line, {frames / FPS:.1f} s", stacklevel=2)
+    return Recording(tuple(changes.items()), frames, header.get("stylizer"))
+
+
+def _encode(command: Command) -> dict:
+    """A whole command in the format's terms. Floats keep every bit: Python writes text that reads back the same."""
+    return {"move": [float(v) for v in command.move],
+            "face": None if command.face is None else [float(v) for v in command.face],
+            "gait": command.gait,
+            "style": worn.encode(command.style),
+            "pace": bool(command.pace)}
+
+
+def _parse(line: bytes) -> dict:
+    """One line as a JSON object."""
+    try:
+        entry = json.loads(line)
+    except (ValueError, RecursionError):
+        raise ValueError("this is not a line of JSON") from None
+    if not isinstance(entry, dict):
+        raise ValueError('a line must be an object such as {"frame": 0, "move": [0.0, 1.0]}')
+    return entry
+
+
+def _is_whole(line: bytes) -> bool:
+    """Whether a last line without its newline is complete all the same: an object cut anywhere is no JSON."""
+    try:
+        _parse(line)
+    except ValueError:
+        return False
+    return True
+
+
+def _header_of(line: bytes) -> dict:
+    """The header. Raises ValueError for a line that is none, or that names no stylizer where it should."""
+    try:
+        header = _parse(line)
+    except ValueError:
+        header = {}
+    if header.get("format") != HEADER["format"]:
+        raise ValueError(f"this is no recording; one starts with {json.dumps(HEADER)}")
+    for name in ("version", "fps"):
+        if header.get(name) != HEADER[name]:
+            raise ValueError(f"{name} is {shown(header.get(name))}, but only {HEADER[name]} can be played")
+    if not isinstance(name := header.get("stylizer"), str | None):
+        raise ValueError(f"stylizer is {shown(name)}, but must be a name")
+    return header
+
+
+def _frame_of(entry: dict, after: int) -> int:
+    """The frame number of a line; the line before it was at frame `after`."""
+    frame = entry.get("frame")
+    if type(frame) is not int or not 0 <= frame <= MAX_FRAMES:
+        raise ValueError(f"frame is {shown(frame)}, but must be a whole number from 0 to {MAX_FRAMES}")
+    if frame <= after:
+        raise ValueError(f"frame {frame} does not come after frame {after}; frames must increase from line to line")
+    return frame
+
+
+def _is_end(entry: dict) -> bool:
+    if entry.get("end", True) is not True:
+        raise ValueError(f"end is {shown(entry['end'])}, but can only be true")
+    return "end" in entry
+
+
+def _fields_of(entry: dict, command: Command) -> dict:
+    """The command fields that a line sets, checked, with `style` merged into what `command` already wears."""
+    result = {}
+    for name, value in entry.items():
+        if name in _READERS:
+            result[name] = _READERS[name](value, command)
+        elif name not in ("frame", "end"):
+            near = get_close_matches(name, _READERS, 1)
+            hint = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(_READERS)}"
+            raise ValueError(f"unknown field {shown(name)}: {hint}")
+    return result
+
+
+def _read_move(value, _: Command) -> tuple[float, float]:
+    move = _pair("move", value)
+    length = math.hypot(*move)
+    if length > FULL_STICK:
+        raise ValueError(f"move is {shown(value)}, longer than 1, the full stick; scale it down")
+    return (move[0] / length, move[1] / length) if length > 1 + LAST_BITS else move
+
+
+def _read_face(value, _: Command) -> tuple[float, float] | None:
+    if value is None:
+        return None
+    face = _pair("face", value)
+    if math.hypot(*face) < SMALLEST_FACE:
+        raise ValueError("face is [0, 0], which is no direction; use null to face where it goes")
+    return face
+
+
+def _read_gait(value, _: Command) -> str:
+    if not isinstance(value, str) or value not in GAIT_SPEEDS:
+        raise ValueError(f"gait is {shown(value)}, but must be one of {', '.join(GAIT_SPEEDS)}")
+    return value
+
+
+def _read_style(value, command: Command) -> dict[str, worn.Worn]:
+    return worn.decode(value, command.style)
+
+
+def _read_pace(value, _: Command | None = None) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"pace is {shown(value)}, but must be true or false")
+    return value
+
+
+_READERS = {"move": _read_move, "face": _read_face, "gait": _read_gait, "style": _read_style, "pace": _read_pace}
+
+
+def _pair(name: str, value) -> tuple[float, float]:
+    """A list of two finite numbers."""
+    if not (isinstance(value, list) and len(value) == 2 and all(map(is_number, value))):
+        raise ValueError(f"{name} is {shown(value)}, but must be two numbers [x, z]")
+    return float(value[0]), float(value[1])

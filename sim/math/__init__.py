@@ -1,0 +1,1 @@
+"""Rotations, vectors, easing, springs and smoothing on numpy arrays."""

@@ -1,0 +1,1 @@
+"""Clips of motion, what is computed from them, and how they are measured."""

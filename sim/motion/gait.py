@@ -1,0 +1,114 @@
+"""The gait of a motion, read from its ankles: stride phase, cadence, stride length, and what kind of movement it is.
+
+A stride is one full cycle, from a step of one foot to the next step of the same foot."""
+
+import numpy as np
+
+from sim.body.skeleton import CONTACT_JOINTS, INDEX, TOE_HEIGHT
+from sim.motion.clip import FPS
+from sim.motion.features import LAYOUT
+
+ANKLES = [INDEX["LeftFoot"], INDEX["RightFoot"]]
+HYSTERESIS = 0.25  # share of the signal's deviation by which it must pass its mean before a crossing counts
+SMALLEST_STEP = 0.03  # metres, deviation of the distance between the ankles under which nobody steps
+HARMONICS, FEW_HARMONICS = 6, 3  # of the stride, that a motion of SURE_STRIDES or more tells, and a shorter one
+SURE_STRIDES = 1.8
+AIRBORNE_HEIGHT = 0.05  # metres over its height on the floor at which the lower foot is surely in the air
+
+STAND_SPEED, BACK_SPEED, SIDE_SPEED, RUN_SPEED = 0.2, 0.2, 0.3, 1.7  # metres a second
+# A run slower than RUN_SPEED is known by the share of time that both feet are in the air, or by its strides a second.
+SLOWEST_RUN, AIRBORNE_SHARE, RUN_CADENCE = 1.3, 0.12, 1.22
+TURN_RATE = 0.5  # radians a second
+MOVEMENTS = ("stand", "walk", "run", "back", "strafe left", "strafe right", "turn left", "turn right")
+
+
+def stride_phase(features: np.ndarray) -> np.ndarray | None:
+    """Unwrapped stride phase (frames,) in radians of features (frames, 21, 15) at 60 Hz; None for a motion of less than a stride.
+
+    A stride begins where the left ankle passes the right one, forwards along the way that the root goes."""
+    velocity = features[:, 0, LAYOUT["root"]][:, :2].mean(axis=0)
+    way = velocity / max(float(np.linalg.norm(velocity)), 1e-9)
+    feet = features[:, ANKLES, LAYOUT["position"]][..., [0, 2]]
+    apart = (feet[:, 0] - feet[:, 1]) @ way
+    apart = apart - apart.mean()
+    if apart.std() < SMALLEST_STEP:
+        return None
+    margin = HYSTERESIS * apart.std()
+    rising, falling = _rising_crossings(apart, margin), _rising_crossings(-apart, margin)
+    steps = np.sort(np.concatenate([rising, falling]))
+    if len(steps) < 3:
+        return None
+    turns = np.pi * np.arange(len(steps)) + (np.pi if steps[0] in falling else 0.0)
+    frames = np.arange(len(apart))
+    phase = np.interp(frames, steps, turns)
+    rate = (turns[-1] - turns[0]) / (steps[-1] - steps[0])
+    before, after = frames < steps[0], frames > steps[-1]
+    phase[before] = turns[0] + (frames[before] - steps[0]) * rate
+    phase[after] = turns[-1] + (frames[after] - steps[-1]) * rate
+    return phase
+
+
+def _rising_crossings(signal: np.ndarray, margin: float) -> np.ndarray:
+    """Where a signal (frames,) rises through 0, in frames and parts of one, having been under -margin before."""
+    starts, below = [], False
+    for frame in range(1, len(signal)):
+        below = below or signal[frame - 1] < -margin
+        if below and signal[frame - 1] <= 0 < signal[frame]:
+            starts.append(frame - signal[frame] / (signal[frame] - signal[frame - 1]))
+            below = False
+    return np.array(starts)
+
+
+def cadence(features: np.ndarray) -> float:
+    """Strides a second of features (frames, 21, 15) at 60 Hz; 0 where nobody steps."""
+    phase = stride_phase(features)
+    return 0.0 if phase is None else float((phase[-1] - phase[0]) / (2 * np.pi) * FPS / (len(phase) - 1))
+
+
+def airborne_share(features: np.ndarray) -> float:
+    """The share of the frames in which both feet are off the floor, of features (frames, 21, 15)."""
+    lowest = features[:, CONTACT_JOINTS, 1].min(axis=1)
+    return float((lowest > TOE_HEIGHT + AIRBORNE_HEIGHT).mean())
+
+
+def movement_of(root_velocity: np.ndarray, airborne: float = 0.0, strides: float = 0.0) -> str:
+    """Which of MOVEMENTS a stretch of motion is.
+
+    root_velocity: its mean (3,), sideways and forwards in metres a second and turn rate in radians a second; airborne: the share
+    of its frames in which both feet are off the floor; strides: a second, where that is known."""
+    side, forward, turn = root_velocity
+    if abs(turn) > TURN_RATE:
+        return "turn left" if turn > 0 else "turn right"
+    if np.hypot(side, forward) < STAND_SPEED:
+        return "stand"
+    if abs(side) > max(SIDE_SPEED, abs(forward)):
+        return "strafe left" if side > 0 else "strafe right"
+    if forward < -BACK_SPEED:
+        return "back"
+    quick = airborne > AIRBORNE_SHARE or strides > RUN_CADENCE
+    return "run" if forward > RUN_SPEED or (forward > SLOWEST_RUN and quick) else "walk"
+
+
+def fit_cycle(signal: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """What of a signal (frames, ...) repeats with the stride phase (frames,): Fourier coefficients (1 + 2 HARMONICS, ...), the
+    mean first, by least squares. Harmonics that a short motion cannot tell are 0."""
+    strides = (phase[-1] - phase[0]) / (2 * np.pi)
+    harmonics = HARMONICS if strides >= SURE_STRIDES else FEW_HARMONICS
+    flat = signal.reshape(len(signal), -1)
+    found = np.linalg.lstsq(_basis(phase, harmonics), flat, rcond=None)[0]
+    result = np.zeros((1 + 2 * HARMONICS, flat.shape[1]))
+    result[:len(found)] = found
+    return result.reshape(-1, *signal.shape[1:])
+
+
+def cycle_at(coefficients: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """The signal (frames, ...) of Fourier coefficients at stride phases (frames,)."""
+    flat = coefficients.reshape(len(coefficients), -1)
+    return (_basis(phase, HARMONICS) @ flat).reshape(len(phase), *coefficients.shape[1:])
+
+
+def _basis(phase: np.ndarray, harmonics: int) -> np.ndarray:
+    """(frames, 1 + 2 harmonics): 1, then cosine and sine of each harmonic."""
+    angles = phase[:, None] * np.arange(1, harmonics + 1)
+    waves = np.stack([np.cos(angles), np.sin(angles)], axis=-1).reshape(len(phase), -1)
+    return np.concatenate([np.ones((len(phase), 1)), waves], axis=1)

@@ -1,0 +1,1 @@
+"""Any humanoid skeleton's motion onto ours, and back."""

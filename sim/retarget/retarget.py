@@ -1,0 +1,48 @@
+"""Retargeting: any humanoid motion onto our 21-joint skeleton, by global rotations.
+
+Each of our joints turns as one joint of the source does: our global rotation = theirs x a constant, so joints that we do not have
+fold in by themselves. sim/retarget/source_skeleton.py reads the source, sim/retarget/axis_alignment.py finds the constants.
+Everything is scaled by leg length, so a file's length unit never matters."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from sim.body.kinematics import to_local
+from sim.body.limb_ik import LEG_LENGTH
+from sim.body.skeleton import BONE_OFFSETS, INDEX, JOINT_COUNT, JOINTS, PARENTS
+from sim.io import bvh
+from sim.math import rotations as rot
+from sim.motion.clip import Clip
+from sim.retarget import joint_names as name_maps
+from sim.retarget.axis_alignment import alignment
+from sim.retarget.source_skeleton import SourceBody
+
+
+def load_clip(path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
+    """A BVH file as a clip on our skeleton at 60 fps, standing on a floor at 0; its place and heading are kept.
+
+    name_map: our joint -> theirs (name_maps.load), found from the names when None. Raises OSError, or ValueError in one
+    sentence, for a file that cannot be read or mapped."""
+    motion = bvh.read(path)
+    try:
+        clip = retarget(motion, name_map)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return replace(clip, name=Path(path).stem).grounded().resampled()
+
+
+def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None) -> Clip:
+    """The motion on our skeleton, Y up, at its own frame rate. Raises ValueError if the skeleton cannot be mapped."""
+    body = SourceBody(motion, name_maps.detect(motion.names) if name_map is None else name_map)
+    constants = alignment(body)
+    rotations = np.empty((len(motion), JOINT_COUNT, 4))
+    for joint, name in enumerate(JOINTS):
+        rotations[:, joint] = (rot.multiply(body.rotations[:, body.index[name]], constants[name]) if name in body.index
+                               else rotations[:, PARENTS[joint]])  # what they lack keeps its parent's direction
+
+    # The legs carry the body: what is scaled, by leg length, is the point between the hip joints, so that strides fit.
+    between_hips = (BONE_OFFSETS[INDEX["LeftUpLeg"]] + BONE_OFFSETS[INDEX["RightUpLeg"]]) / 2
+    hips = body.between_hips() * (LEG_LENGTH / body.leg_length()) - rot.rotate(rotations[:, 0], between_hips)
+    return Clip(hips, rot.continuous(to_local(rotations)), motion.fps)

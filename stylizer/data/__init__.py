@@ -1,0 +1,1 @@
+"""Clips, their labels and batches for training."""

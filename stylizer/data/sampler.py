@@ -1,0 +1,150 @@
+"""The windows that training draws from packed motion: mirrored, paced, and matched step by step with another clip."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.body.skeleton import JOINT_COUNT, MIRROR
+from sim.motion.features import FEATURES, LAYOUT, STRIDE, WINDOW
+from stylizer.data.dataset import CLIP_WINDOW, CONTENT_SPAN, LATER, MOVING, STYLE_WINDOW, MotionData, PackedClip
+from stylizer.data.gait_matching import LAGS, OTHER_FOOT, best_match, closeness, gait_signal
+
+CROPPING = 0.2  # share of the source windows that are played slower or faster (temporal random cropping, Sec. 3.1)
+PACES = (0.6, 1.6)  # between which they are
+ELSEWHERE = 0.5  # share of the sources whose own style is read from another place of their clip
+ELSEWHERE_STILL = 0.5  # of those, share that is read from another clip of the same manner, as the controller's own style is
+SAME_WAY = 0.15  # m/s and rad/s, added up: clips whose mean ways differ by no more are takes of one action
+LIKE_SPEEDS = 0.5  # share of the targets that move about as fast as their source; the others teach by their exemplars
+
+# Mirroring in features: the x of every vector flips, and so does the turn rate.
+MIRROR_SIGNS = np.where(np.isin(np.arange(FEATURES), (0, 3, 6, 9, 12, 14)), -1.0, 1.0).astype(np.float32)
+
+
+def mirrored(features: np.ndarray) -> np.ndarray:
+    """Features (..., 21, 15) of the motion with left and right exchanged."""
+    return features[..., MIRROR, :] * MIRROR_SIGNS
+
+
+@dataclass
+class Batch:
+    """Windows (B, samples, 21, 15) of two clips, source and target.
+
+    source ends with the content window; later is that window LATER frames on; own is the source's own style, seen in the
+    source itself, elsewhere in its clip or in another clip of its manner; target is the style to take; exemplar is the same
+    style on the source's way (see `Sampler.exemplar`); match is where the exemplar's clip does what the content window does,
+    match_later what later does; closeness says how much these are worth."""
+
+    source: np.ndarray  # (B, STYLE_WINDOW, ...)
+    own: np.ndarray  # (B, CLIP_WINDOW, ...)
+    later: np.ndarray  # (B, WINDOW, ...)
+    target: np.ndarray  # (B, CLIP_WINDOW, ...)
+    exemplar: np.ndarray  # (B, STYLE_WINDOW, ...)
+    match: np.ndarray  # (B, WINDOW, ...)
+    match_later: np.ndarray  # (B, WINDOW, ...)
+    closeness: np.ndarray  # (B,) 0..1
+
+
+class Sampler:
+    """Draws batches; its random state can be saved, so that training resumes exactly."""
+
+    def __init__(self, data: MotionData, seed: int) -> None:
+        self.data = data
+        self.source_weights, self.target_weights = data.weights()
+        self.random = np.random.default_rng(seed)
+        self.speeds = np.array([clip.speed for clip in data.clips])
+        self.gaits: dict[str, np.ndarray] = {}  # of clips that were drawn before
+        self.ways: dict[str, np.ndarray] = {}  # likewise
+        self.alike = defaultdict(list)  # the clips of a manner
+        for clip in data.clips:
+            self.alike[clip.manner].append(clip)
+
+    def batch(self, size: int) -> Batch:
+        """Random windows, half of them mirrored."""
+        sources = self.random.choice(len(self.speeds), size, p=self.source_weights)
+        candidates = self.random.choice(len(self.speeds), (size, 4), p=self.target_weights)
+        closest = np.abs(self.speeds[candidates] - self.speeds[sources][:, None]).argmin(axis=1)
+        targets = candidates[np.arange(size), np.where(self.random.random(size) < LIKE_SPEEDS, closest, 0)]
+        rows = zip(*(self._row(self.data.clips[i], self.data.clips[j]) for i, j in zip(sources, targets)))
+        return Batch(*(np.stack(column).astype(np.float32) for column in rows))
+
+    def _row(self, source: PackedClip, target: PackedClip) -> tuple[np.ndarray, ...]:
+        flip_source, flip_target = (bool(flip) for flip in self.random.random(2) < 0.5)
+        pace = self._pace(source)
+        end, later = float(self.random.uniform(CONTENT_SPAN * pace, source.frames - 1 - LATER * pace)), LATER * pace
+        way = self._way(source) * pace * (MIRROR_SIGNS[LAYOUT["root"]] if flip_source != flip_target else 1.0)
+        exemplar = self.exemplar(target, way)
+        windows = [self._window(source, end, STYLE_WINDOW, pace, flip_source), self._own(source, end, pace, flip_source),
+                   self._window(source, end + later, WINDOW, pace, flip_source),
+                   *(self._window(clip, self.random.uniform(0, clip.frames - 1), samples, 1.0, flip_target)
+                     for clip, samples in ((target, CLIP_WINDOW), (exemplar, STYLE_WINDOW)))]
+        gait = self._gait(source, flip_source)[np.maximum(np.round(end - LAGS * pace), 0).astype(int)]
+        match, match_pace, apart = best_match(gait, self._gait(exemplar, flip_target))
+        later = LATER * match_pace
+        windows += [self._window(exemplar, match + shift, WINDOW, match_pace, flip_target) for shift in (0.0, later)]
+        fits = match + later <= exemplar.frames - 1
+        return *windows, closeness(apart, source.speed * pace, exemplar.speed * match_pace) * fits
+
+    def _own(self, source: PackedClip, end: float, pace: float, flip: bool) -> np.ndarray:
+        """Where the source's own style is read."""
+        if self.random.random() < ELSEWHERE:
+            if source.manner and self.random.random() < ELSEWHERE_STILL:
+                source, pace = self.random.choice(self.alike[source.manner]), 1.0
+            end = self.random.uniform(0, source.frames - 1)
+        return self._window(source, end, CLIP_WINDOW, pace, flip)
+
+    def exemplar(self, target: PackedClip, way: np.ndarray) -> PackedClip:
+        """A clip of the target's style whose mean way over the floor (see `_way`) is about `way`: how one who runs, backs or
+        turns looks in a style that the network is shown walking. The target itself where no label tells the style, and for one
+        who stands: labelled clips that stay in place are gestures."""
+        if target.manner is None or np.hypot(*way[:2]) < MOVING:
+            return target
+        clips = self.alike[target.manner]
+        apart = {clip.name: np.abs(self._way(clip) - way).sum() for clip in clips}
+        limit = min(apart.values()) + SAME_WAY
+        if apart[target.name] <= limit:  # what the network is shown is the best lesson in it
+            return target
+        return self.random.choice([clip for clip in clips if apart[clip.name] <= limit])
+
+    def _way(self, clip: PackedClip) -> np.ndarray:
+        """(3,) mean velocity sideways and forward in m/s, and turn rate in rad/s."""
+        if clip.name not in self.ways:
+            root = self.data.motion[clip.start:clip.start + clip.frames, 0, LAYOUT["root"]]
+            self.ways[clip.name] = root.astype(np.float32).mean(axis=0)
+        return self.ways[clip.name]
+
+    def _pace(self, clip: PackedClip) -> float:
+        """Of a source window; 1 mostly, and never so quick that the clip is too short."""
+        pace = np.exp(self.random.uniform(*np.log(PACES))) if self.random.random() < CROPPING else 1.0
+        return min(float(pace), (clip.frames - 1) / (CONTENT_SPAN + LATER))
+
+    def _gait(self, clip: PackedClip, flip: bool) -> np.ndarray:
+        if clip.name not in self.gaits:
+            self.gaits[clip.name] = gait_signal(self.data.motion[clip.start:clip.start + clip.frames])
+        gait = self.gaits[clip.name]
+        return gait[:, OTHER_FOOT] if flip else gait
+
+    def _window(self, clip: PackedClip, end: float, samples: int, pace: float, flip: bool) -> np.ndarray:
+        """`samples` at 30 Hz that end at frame `end`, played `pace` times as fast; a clip too short for them is repeated."""
+        frames = end - STRIDE * pace * np.arange(samples)[::-1]
+        last = clip.frames - 1
+        frames = np.where((frames < 0) | (frames > last), frames % last, frames)
+        whole = np.minimum(frames.astype(int), last - 1)
+        between = (frames - whole).astype(np.float32)[:, None, None]
+        before, after = (self.data.motion[clip.start + whole + i].astype(np.float32) for i in (0, 1))
+        window = before + (after - before) * between
+        window[..., LAYOUT["velocity"].start:] *= pace
+        return mirrored(window) if flip else window
+
+
+def statistics(sampler: Sampler, batches: int = 64) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and deviation (21, 15) of what the sampler draws.
+
+    Deviations are shared by the axes of a quantity and kept off zero: a joint that hardly moves counts little."""
+    windows = np.concatenate([sampler.batch(32).source for _ in range(batches)]).reshape(-1, JOINT_COUNT, FEATURES)
+    mean, variance = windows.mean(axis=0), windows.var(axis=0)
+    deviation = np.empty_like(mean)
+    for channels in LAYOUT.values():
+        shared = np.sqrt(variance[:, channels].mean(axis=1, keepdims=True))
+        deviation[:, channels] = np.maximum(shared, 0.3 * shared.mean())
+    return mean, deviation

@@ -1,0 +1,1 @@
+"""Styles measured: as the session draws them, and clip to clip."""

@@ -1,0 +1,227 @@
+"""Pictures of what the stylizer does, after Fig. 8, 9, 11 and 12 of the paper: stick figures walking from left to right."""
+
+from functools import partial
+from pathlib import Path
+from typing import Mapping, Sequence
+
+import matplotlib
+import numpy as np
+import torch
+
+from sim.body.kinematics import to_local
+from sim.body.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT, expand_part
+from sim.io.atomic_write import replacing
+from sim.math import rotations as rot
+from sim.motion.clip import Clip, root_frame
+from sim.motion.features import STRIDE, WINDOW, clip_features
+from sim.retarget.retarget import load_clip
+from stylizer.networks import checkpoint as weights
+from stylizer.networks.layers import PartStyle
+from stylizer.runtime.attention import attention_map
+from stylizer.runtime.offline import Look, as_pose, clip_style, stylize
+from stylizer.runtime.pose_delta import apply_delta, pose_delta, rotations_of_delta
+from stylizer.styles import bundled_styles as bundled
+from stylizer.styles.encoding import encode
+from stylizer.styles.style_clips import SHORTEST, single, style_windows
+from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
+from stylizer.systems.motion_puzzle.model import MotionPuzzle
+from stylizer.systems.motion_puzzle.style_tensors import Style, for_batch
+
+matplotlib.use("Agg")
+from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backend that needs no display
+
+SOURCE, TARGET, OUTPUT, TOUCHED = "#8a949e", "#d49a1f", "#2c5f8a", "#c8372d"
+NEAR, FAR = 1.0, 0.55  # opacity of the limbs on the viewer's side, and of the others
+VIEW = np.radians(-60)  # the walkers are seen from their left, a little from in front
+POSES, APART = 8, 0.75  # figures in a row, and the metres between them
+SECONDS = 1.3  # of motion in a row
+START = 0.35  # share of a clip that is let go by first
+CONTENT = "accad/Male1_B3_Walk.bvh"  # the walk that is restyled
+
+
+def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
+    """Draws all pictures into a folder, made if missing. Raises ValueError or OSError where clips or folder do not serve."""
+    paths = {name: bundled.find_clip(data_dir, clips[0]) for name, (clips, _) in bundled.CLIPS.items()}
+    clips = {name: _middle(load_clip(path)) for name, path in paths.items() if path}
+    content = bundled.find_clip(data_dir, CONTENT)
+    if len(clips) < 2 or not content:
+        raise ValueError(f"{data_dir} lacks {CONTENT} or the clips of the bundled styles: unpack the archives there")
+    model, _ = weights.load()
+    content = load_clip(content)
+    looks = {name: encode(model, style_windows(clip_features(clip))) for name, clip in clips.items()}
+    drawings = {"content-only": lambda: content_only(model, {"neutral": content, **clips}, looks),
+                "interpolation": lambda: interpolation(model, content, looks),
+                "locality": lambda: locality(model, content, looks, clips)}
+    for part in ("left_leg", "left_arm") if model.config.attention else ():
+        drawings[f"attention-{part}"] = partial(attention, model, content, clips, part)
+    for name, look in looks.items():
+        drawings[f"style-{name}"] = partial(strip, model, content, clips[name], look, name)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, draw in drawings.items():
+        figure = draw()
+        with replacing(folder / f"{name}.png") as temporary:
+            figure.savefig(temporary, dpi=90)
+        plt.close(figure)
+    return [folder / f"{name}.png" for name in drawings]
+
+
+def strip(model: MotionPuzzle, content: Clip, style: Clip, look: Style, name: str):
+    """Neutral walk, style clip and output, a row each."""
+    output = stylize(model, content, {part: Look(single(look, clip_features(style))) for part in PART_NAMES})
+    return _rows({"neutral": (content, SOURCE), f"{name} (clip)": (style, TARGET), "output": (output, OUTPUT)})
+
+
+def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], looks: Mapping[str, Style]):
+    """What is left of content without a style of its own (Fig. 8): it wears the mean of all."""
+    names = [name for name in ("neutral", "marching", "hunched") if name in clips]
+    rows = {}
+    for name in names:
+        features = clip_features(clips[name])
+        own = clip_style(model, features)
+        batch = model.normalize(torch.from_numpy(_whole_windows(features).astype(np.float32)))
+        with torch.inference_mode():
+            answer, _ = model(batch, *(for_batch(style, batch.shape[1]) for style in (_mean(looks), own.features)))
+            answer = model.restore(answer).double().numpy()
+        seen = clips[name][:len(answer) * WINDOW * STRIDE:STRIDE]
+        pose = as_pose(seen)
+        rows[name] = seen, SOURCE
+        delta = pose_delta(answer.reshape(-1, *answer.shape[2:]), features[:len(seen) * STRIDE:STRIDE])
+        output = apply_delta(pose, rotations_of_delta(delta), delta[:, -1])
+        rows[f"content of {name}"] = Clip(output.hips, to_local(output.rotations), seen.fps), OUTPUT
+    return _rows(rows, step=STRIDE)
+
+
+def interpolation(model: MotionPuzzle, content: Clip, looks: Mapping[str, Style]):
+    """From one style to another in five steps (Fig. 12), whole body and arms alone."""
+    first, other = _two(looks)
+    looks = {name: single(looks[name], clip_features(content)) for name in (first, other)}
+    figure, panels = plt.subplots(2, 5, figsize=(11, 5), layout="constrained")
+    for row, group in zip(panels, ("all", "arms")):
+        for axes, share in zip(row, np.linspace(0, 1, 5)):
+            output = stylize(model, content, {part: Look(looks[first], 1.0, looks[other], share) for part in expand_part(group)})
+            touched = set(expand_part(group))
+            _row(axes, output, OUTPUT, TOUCHED, touched if group != "all" else set(), count=2)
+            axes.set_title(f"{group}: {1 - share:.0%} {first}, {share:.0%} {other}", fontsize=8)
+    return figure
+
+
+def locality(model: MotionPuzzle, content: Clip, looks: Mapping[str, Style], clips: Mapping[str, Clip]):
+    """One style on one part of the body at a time (Fig. 11), what is restyled in red."""
+    _, name = _two(looks)
+    figure, panels = plt.subplots(2, 4, figsize=(14, 5.4), layout="constrained")
+    look = single(looks[name], clip_features(clips[name]))
+    shown = [("source", content, SOURCE, set()), (f"{name} (clip)", clips[name], TARGET, set())]
+    for group in (*PART_NAMES, "all"):
+        touched = set(expand_part(group))
+        output = stylize(model, content, {part: Look(look) for part in touched})
+        shown.append((f"{name} on {group.replace('_', ' ')}", output, OUTPUT, touched))
+    for axes, (title, clip, color, touched) in zip(panels.flat, shown):
+        _row(axes, clip, color, TOUCHED, touched, count=4)
+        axes.set_title(title, fontsize=9)
+    return figure
+
+
+def attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip], part: str):
+    """Which instants of the style each instant of the content looks at (Fig. 9), and the poses at the brightest places."""
+    _, name = _two(clips)
+    features, style = clip_features(content), clip_features(clips[name])
+    start = int(START * len(features))
+    window = features[start:start + WINDOW * STRIDE:STRIDE]
+    motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
+    windows = style_windows(style)
+    seen = attention_map(model, motion, encode(model, windows), PART_NAMES.index(part))
+    figure, (top, below) = plt.subplots(2, 1, figsize=(11, 6.5), layout="constrained", height_ratios=(1, 1.5))
+    seconds = STYLE_WINDOW * STRIDE / 60
+    top.imshow(seen, aspect="auto", cmap="magma", extent=(0, 3 * seconds, WINDOW * STRIDE / 60, 0))
+    top.set(title=f"attention of the {part.replace('_', ' ')}: a neutral walk looks at '{name}'",
+            xlabel="seconds of the style (three windows, side by side)", ylabel="seconds of the content")
+    starts = np.linspace(0, len(style) - SHORTEST, len(windows)).round().astype(int)
+    matched = []
+    for sample in np.linspace(0, len(seen) - 1, 4).round().astype(int):
+        column = int(seen[sample].argmax())
+        per_window = seen.shape[1] // len(windows)
+        step = SHORTEST / per_window
+        frame = int(starts[column // per_window] + (column % per_window + 0.5) * step)
+        instant = start + int((sample + 0.5) * WINDOW * STRIDE / len(seen))
+        matched.append((_upright(content)[instant], _upright(clips[name])[frame]))
+        top.plot((column + 0.5) / seen.shape[1] * 3 * seconds, (sample + 0.5) / len(seen) * WINDOW * STRIDE / 60, "o",
+                 markerfacecolor="none", markeredgecolor="w", markersize=9)
+        top.annotate(str(len(matched)), ((column + 0.5) / seen.shape[1] * 3 * seconds,
+                                         (sample + 0.5) / len(seen) * WINDOW * STRIDE / 60), color="w", xytext=(7, -3),
+                     textcoords="offset points")
+    for place, poses in enumerate(matched):
+        for shift, pose, color in zip((0.0, 0.9), poses, (SOURCE, TARGET)):
+            draw_pose(below, pose, 2.4 * place + shift, color, TOUCHED, {part})
+        below.annotate(f"{place + 1}: content, style", (2.4 * place + 0.45, -0.12), ha="center", fontsize=9)
+    finish_axes(below)
+    return figure
+
+
+def _rows(clips: Mapping[str, tuple[Clip, str]], step: int = 1):
+    """A row of poses for each named clip and colour. step: frames are so many sixtieths of a second apart."""
+    figure, panels = plt.subplots(len(clips), 1, figsize=(6.2, 1.75 * len(clips)), layout="constrained", squeeze=False)
+    for axes, (name, (clip, color)) in zip(panels[:, 0], clips.items()):
+        _row(axes, clip, color, step=step)
+        axes.set_ylabel(name, fontsize=9)
+    return figure
+
+
+def _row(axes, clip: Clip, color: str, touched_color: str = "", touched: Sequence[str] = (), count: int = POSES, step: int = 1):
+    """`count` poses of SECONDS of a clip, side by side."""
+    span = SECONDS * 60 / step * count / POSES
+    first = min(int(START * len(clip)), max(0, len(clip) - int(span) - 1))
+    frames = np.minimum(first + np.linspace(0, span, count).astype(int), len(clip) - 1)
+    for place, pose in enumerate(_upright(clip)[frames]):
+        draw_pose(axes, pose, APART * place, color, touched_color, touched)
+    finish_axes(axes)
+
+
+def _upright(clip: Clip) -> np.ndarray:
+    """Joint positions (frames, 21, 3) about each frame's own root, all facing the same way."""
+    root = root_frame(clip.positions(), clip.fps)
+    return rot.rotate(rot.from_yaw(-root.facing)[:, None], clip.positions() - root.positions[:, None])
+
+
+def draw_pose(axes, joints: np.ndarray, at: float, color: str, touched_color: str, touched: Sequence[str]) -> None:
+    """One pose (21, 3), drawn as capsules `at` metres to the right; limbs on the far side are paler."""
+    seen = rot.rotate(rot.from_yaw(VIEW + np.pi), joints)
+    depth = seen[:, 2]
+    for joint in np.argsort(depth):
+        if joint:
+            part = PART_NAMES[PART_OF_JOINT[joint]]
+            near = part == "spine" or part.startswith("left")
+            ends = seen[[PARENTS[joint], joint]]
+            axes.plot(at + ends[:, 0], ends[:, 1], color=touched_color if part in touched else color, lw=3.2 if near else 2.6,
+                      alpha=NEAR if near else FAR, solid_capstyle="round")
+    axes.plot(at + seen[12, 0], seen[12, 1] + 0.1, "o", color=touched_color if "spine" in touched else color, markersize=7)
+
+
+def finish_axes(axes) -> None:
+    axes.axhline(0, color="#c9d0d6", lw=0.8, zorder=0)
+    axes.set(aspect="equal", ylim=(-0.2, 1.9), xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def _middle(clip: Clip) -> Clip:
+    """The clip without its ends, as the bundled styles are computed."""
+    margin = int(len(clip) * bundled.MARGIN)
+    return clip[margin:len(clip) - margin]
+
+
+def _whole_windows(features: np.ndarray) -> np.ndarray:
+    """(n, WINDOW, 21, 15) side by side, from 60 Hz features."""
+    count = len(features) // (WINDOW * STRIDE)
+    return features[:count * WINDOW * STRIDE:STRIDE].reshape(count, WINDOW, *features.shape[1:])
+
+
+def _mean(looks: Mapping[str, Style]) -> Style:
+    """The mean of styles with as many tokens each."""
+    return {level: PartStyle(*(torch.stack(values).mean(dim=0) for values in zip(*(look[level] for look in looks.values()))))
+            for level in next(iter(looks.values()))}
+
+
+def _two(named: Mapping) -> tuple[str, str]:
+    """Two styles that look different."""
+    names = [name for name in ("old", "marching", *named) if name in named]
+    return names[0], names[1]

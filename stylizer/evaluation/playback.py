@@ -1,0 +1,97 @@
+"""Clips sent through the live path: a session whose controller plays them."""
+
+from dataclasses import dataclass, replace
+from typing import Callable, Mapping, Sequence
+
+import numpy as np
+
+from sim.body.pose import Pose
+from sim.command import Command
+from sim.latency import Latency
+from sim.motion.clip import FPS, Clip
+from sim.motion.playback_pace import OWN_PACE, Pace
+from sim.session import Session
+from sim.style_spec import Worn
+from stylizer.networks.normalization import Scaled
+from stylizer.runtime import catalogue
+from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.offline import as_pose
+from stylizer.styles.style_clips import StyleClips
+
+
+@dataclass(frozen=True)
+class Styles:
+    """As much of a style bank as the live stylizer needs: the network and styles by name, `live.OWN` among them."""
+
+    model: Scaled
+    styles: Mapping[str, StyleClips]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.styles)
+
+    def __getitem__(self, name: str) -> StyleClips:
+        return self.styles[name]
+
+
+@dataclass(frozen=True)
+class Stream:
+    """What came out: as the stylizer gave it, after the foot lock, and the stylizer's seconds a frame."""
+
+    styled: Clip
+    locked: Clip
+    seconds: float
+
+
+def live(styles: Styles, content: Clip, worn: Callable[[int], Mapping[str, Worn]]) -> Stream:
+    """A clip (60 Hz, grounded) played as if the controller made it; worn(frame) is what the parts wear in each frame."""
+    stylizer, latency = _Watched(catalogue.stylizer_of(styles)), Latency()
+    session = Session(_Player(content), stylizer, latency)
+    locked = [session.step(Command(style=worn(frame))).styled for frame in range(len(content))]
+    seconds = float(np.mean(latency.seconds["stylizer"]))
+    return Stream(as_clip(stylizer.styled), as_clip(locked), seconds)
+
+
+class _Player:
+    """A `sim.session.Controller` that gives a clip's frames, one after the other, whatever it is told; only how far its root goes
+    with each is as far as styled legs carry it."""
+
+    def __init__(self, clip: Clip) -> None:
+        self.poses = as_pose(clip)
+        self.restart()
+
+    def restart(self) -> None:
+        self.frame, self.shift = 0, np.zeros(3)
+
+    def step(self, command: Command, pace: Pace = OWN_PACE) -> Pose:
+        pose = self.poses[self.frame]
+        if self.frame:
+            self.shift = self.shift + (pace.stride - 1) * (pose.root_position - self.poses[self.frame - 1].root_position)
+        self.frame += 1
+        return replace(pose, root_position=pose.root_position + self.shift, hips=pose.hips + self.shift)
+
+
+class _Watched:
+    """A `sim.session.Stylizer` that keeps what another one makes."""
+
+    def __init__(self, stylizer: LiveStylizer) -> None:
+        self.stylizer = stylizer
+        self.restart()
+
+    def restart(self) -> None:
+        self.stylizer.restart()
+        self.styled: list[Pose] = []
+
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn], travel: float = 1.0) -> Pose:
+        self.styled.append(self.stylizer.step(window, neutral, style, travel))
+        return self.styled[-1]
+
+    def leg_strengths(self) -> np.ndarray:
+        return self.stylizer.leg_strengths()
+
+    def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        return self.stylizer.pace(gaits)
+
+
+def as_clip(frames: Sequence[Pose]) -> Clip:
+    return Clip(np.array([pose.hips for pose in frames]), np.array([pose.local_rotations for pose in frames]), FPS)

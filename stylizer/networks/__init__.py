@@ -1,0 +1,1 @@
+"""Layers and graphs that the style-transfer systems share, and their weight files."""

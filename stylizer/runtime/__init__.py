@@ -1,0 +1,1 @@
+"""Restyling: the newest frame of a live motion, or a whole clip."""

@@ -1,0 +1,328 @@
+"""The live stylizer: restyles the newest frame, body part by body part, sixty times a second.
+
+Per joint, the rotation from the neutral to the styled pose is smoothed, scaled by the part's strength and applied to the neutral
+pose. So the neutral motion passes through untouched, strength 0 is the neutral pose exactly, and the network's noise is damped.
+"""
+
+from itertools import groupby
+from pathlib import Path
+from typing import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+import torch
+
+from sim.body.pose import Pose
+from sim.body.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
+from sim.command import GAIT_SPEEDS
+from sim.math import rotations as rot
+from sim.math.springs import lag, spring_step
+from sim.motion.clip import FPS, Clip
+from sim.motion.features import FEATURES, LAYOUT, STRIDE
+from sim.style_spec import Worn, names
+from stylizer.runtime.attention import attention_map
+from stylizer.runtime.inertialization import Inertializer
+from stylizer.runtime.pose_delta import (
+    ARM_PARTS,
+    LEG_PARTS,
+    PART_OF_ROW,
+    apply_delta,
+    delta_weights,
+    pose_delta,
+    preserve_hands,
+    rotations_of_delta,
+    unwrap,
+)
+from stylizer.runtime.style_mixer import BODY, Wearer
+from stylizer.styles.bank import Bank
+from stylizer.styles.own_style import OWN
+from stylizer.styles.stride_residual import played
+from stylizer.systems.motion_puzzle.fast_inference import live_form
+from stylizer.systems.motion_puzzle.style_tensors import Style, joined, put
+
+GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
+KEPT = 6  # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
+STEADY = 2  # samples over which a pose's velocity is measured
+FIRST, OTHER = 0, 1  # what a part wears, and what it is blended with
+
+
+class LiveStylizer:
+    """Implements `sim.session.Stylizer`, for one character or for a crowd. Deterministic: the same calls give the same poses,
+    bit for bit."""
+
+    SMOOTHING = 0.05  # half-life in seconds of the spring that what the network changes follows
+    BLENDS = True  # a part's two styles are evaluated each by itself, and their rotations are blended
+    PERIOD = 4  # frames between two evaluations of the decoder, which says little beside key poses, and nothing quickly
+
+    def __init__(self, bank: Bank, crowd: tuple[int, ...] = ()) -> None:
+        """crowd: (N,) for N characters, with whom every array has one more axis in front; none for one character."""
+        self.bank = bank
+        self._leading = crowd
+        self._prepare()
+        self.restart()
+
+    def _prepare(self) -> None:
+        """What the network needs before it is evaluated."""
+        self._network = live_form(self.bank.model)
+        self._kept: dict[tuple, tuple[list[Style], Style]] = {}  # by who is evaluated: each one's style, and those side by side
+
+    def crowd(self, count: int) -> "LiveStylizer":
+        """So many characters side by side with the same bank. The decoder is evaluated for some of them in every frame."""
+        return type(self)(self.bank, (count,))
+
+    @property
+    def styles(self) -> tuple[str, ...]:
+        """The names of all styles in the bank."""
+        return self.bank.names
+
+    @property
+    def own_of(self) -> str | None:
+        """The fingerprint of the controller whose motion the own style is; None where the bank does not say."""
+        return getattr(self.bank, "controller", None)
+
+    def learn(self, *paths: Path) -> tuple[str, Clip]:
+        """Adds a style made of BVH clips to the bank under a name made from the first file's: the name, and that clip on our
+        skeleton.
+
+        May run in another thread than `step`. Raises ValueError or OSError, in one sentence, for what is no style."""
+        name = self.bank.free_name(paths[0])
+        return name, self.bank.add(paths, name).clip
+
+    def restart(self) -> None:
+        """Back to before the first step: nothing is worn."""
+        count = int(np.prod(self._leading))
+        self.wearers = [Wearer(self.PERIOD, one % self.PERIOD) for one in range(count)]
+        self.inertializer = Inertializer(self._leading)
+        self.frame = 0
+        self._styled = np.zeros((*self._leading, len(PART_NAMES)))  # how far each part wears another style than its own
+        self._paces: dict[tuple[str, str], tuple[object, np.ndarray]] = {}  # by style and gait
+        # What the decoder changes: at its last evaluation, and now; of FIRST and OTHER.
+        self._decoded = np.zeros((2, 2, count, JOINT_COUNT, FEATURES))
+        rows = *self._leading, JOINT_COUNT + 1, 3
+        self._raw = np.zeros((2, *rows))  # the last deltas of FIRST and OTHER, unwrapped
+        self._delta, self._rate = np.zeros((2, *rows))  # smoothed, and how fast it changes
+        self._was_worn = np.zeros(rows[:-1], dtype=bool)
+
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+             travel: np.ndarray | float = 1.0) -> Pose:
+        """window: features (..., 16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.style_spec), of a crowd one
+        for each; travel: (...) how many times as fast as the window says the body really goes, for the styles are those of a body
+        that goes so fast. Raises ValueError for a style that the bank does not hold."""
+        styles = style if self._leading else (style,)
+        for name in {name for each in styles for worn in each.values() for name in names(worn)}:
+            self.bank[name]
+        switching = self._together(wearer.step(each) for wearer, each in zip(self.wearers, styles, strict=True))
+        strengths = self._together(wearer.strengths for wearer in self.wearers)
+        self._styled = styled = self._together(wearer.styled for wearer in self.wearers)
+        self._travel = np.broadcast_to(travel, self._leading).reshape(-1)
+        self.frame += 1
+        if not strengths.any() and not self.inertializer.gap.any():
+            self._was_worn[:] = False
+            self.inertializer = Inertializer(self._leading)
+            return neutral
+        worn = (strengths > 0)[..., PART_OF_ROW]
+        worn[..., -1] |= (strengths[..., LEG_PARTS] > 0).all(axis=-1)
+        jumping = switching[..., PART_OF_ROW] & self._was_worn
+        fresh = worn & (~self._was_worn | jumping)  # these have no past to be smooth with
+        self._was_worn = worn
+        delta = self._smoothed(self._deltas(window, fresh), fresh) * delta_weights(strengths, styled[..., LEG_PARTS])
+        turns = self._with_residual(rotations_of_delta(delta), strengths)
+        turns, shift = self.inertializer.step(turns, delta[..., -1, :], jumping)
+        return preserve_hands(apply_delta(neutral, turns, shift), neutral, styled[..., ARM_PARTS])
+
+    def leg_strengths(self) -> np.ndarray:
+        """(..., 2) how far the left and the right leg are styled now."""
+        return self._styled[..., LEG_PARTS]
+
+    def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """What the styles of the legs ask for in each character's gait: speed and playback rate of sim.motion.playback_pace.Pace,
+        (...) each, 1 for legs without a style."""
+        asked = [self._pace_of(wearer, gait) for wearer, gait in zip(self.wearers, gaits, strict=True)]
+        speed, rate = np.array(asked).reshape(*self._leading, 2).T if self._leading else asked[0]
+        return np.asarray(speed), np.asarray(rate)
+
+    def _pace_of(self, wearer: Wearer, gait: str) -> np.ndarray:
+        """(2,) speed and rate for one character: both legs count alike, each as far as it is styled."""
+        result = np.ones(2)
+        for place in LEG_PARTS:
+            part = wearer.parts[place]
+            for name, share in ((part.name, 1 - part.share), (part.other, part.share)):
+                if part.strength and share and name != OWN:
+                    result += 0.5 * min(part.strength, 1.0) * share * (self._style_pace(name, gait) - 1)
+        return result
+
+    def _style_pace(self, name: str, gait: str) -> np.ndarray:
+        """(2,) speed over the stick's and playback rate of a style in a gait; 1 where none of its clips shows it."""
+        key = name, gait
+        if key not in self._paces or self._paces[key][0] is not self.bank[name]:
+            try:
+                speed, rate = self.bank[name].gait.pace_of(gait, self.bank[OWN].gait)
+                pace = np.array([speed / GAIT_SPEEDS[gait], rate])
+            except KeyError:
+                pace = np.ones(2)
+            self._paces[key] = self.bank[name], pace
+        return self._paces[key][1]
+
+    def take_over(self, other: "LiveStylizer") -> None:
+        """Goes on from another stylizer's last step: strengths are kept, and the pose glides from its styles to ours. A part
+        whose style we do not have lets it go."""
+        self.bank.refresh()
+        self.restart()
+        self.wearers, self.inertializer, self.frame = other.wearers, other.inertializer, other.frame
+        self._was_worn = other._was_worn
+        for wearer in self.wearers:
+            wearer.keep(self.styles)
+            wearer.period = self.PERIOD
+        self.switch()
+
+    def reroll(self) -> None:
+        """Draws the styles of chance anew; Motion Puzzle has none. Raises ValueError."""
+        raise ValueError("this stylizer takes styles from clips only: diverse and latent also draw them by chance")
+
+    def switch(self) -> None:
+        """What parts wear has changed under its name: it is evaluated at once, and the pose glides there."""
+        for wearer in self.wearers:
+            wearer.switch()
+
+    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
+        """What a body part's attention looks at now, of one character: (samples of the window / 2, samples of the style's
+        clips), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
+        with torch.inference_mode():
+            motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
+            return attention_map(self.bank.model, motion, self.wearers[0].styles(self.bank)[0], PART_NAMES.index(part))
+
+    def _together(self, values: Iterable[Sequence]) -> np.ndarray:
+        """What each character has, as one array (..., n)."""
+        return np.array(list(values)).reshape(*self._leading, -1)
+
+    def _smoothed(self, delta: np.ndarray, fresh: np.ndarray) -> np.ndarray:
+        """The delta (..., 22, 3) smoothed in time; rows that are fresh (..., 22) start with what they are."""
+        self._delta, self._rate = spring_step(self._delta, self._rate, delta, self.SMOOTHING, 1 / FPS)
+        np.copyto(self._delta, delta, where=fresh[..., None])
+        np.copyto(self._rate, 0.0, where=fresh[..., None])
+        return self._delta
+
+    def _deltas(self, window: np.ndarray, fresh: np.ndarray) -> np.ndarray:
+        """The delta (..., 22, 3) that the styles ask for in this frame, where a part is blended with another style on its way
+        from the one to the other."""
+        windows = window.reshape(-1, *window.shape[-3:])
+        self._evaluate_decoder(windows)
+        count = len(windows)
+        raw = self._raw.reshape(2, count, JOINT_COUNT + 1, 3).copy()
+        shares = np.array([wearer.shares for wearer in self.wearers])
+        fresh = fresh.reshape(count, -1)
+        for which in (FIRST, OTHER):
+            ones = [one for one, wearer in enumerate(self.wearers) if any(wearer.strengths) and self._evaluates(which, wearer)]
+            if not ones:
+                continue
+            styled, own = self._in_groups(self._key_poses, windows, ones, which).swapaxes(0, 1)
+            delta = pose_delta(styled + self._decoded[1, which, ones], own) * self._counting(ones)[:, PART_OF_ROW, None]
+            before = np.where(fresh[ones][..., None], raw[FIRST, ones] if which == OTHER else 0.0, raw[which, ones])
+            raw[which, ones] = unwrap(delta, before)
+        blended = np.flatnonzero(shares.any(axis=-1))
+        result = raw[FIRST].copy()
+        if self.BLENDS and len(blended):
+            result[blended] += shares[blended][:, PART_OF_ROW, None] * (raw[OTHER, blended] - raw[FIRST, blended])
+        self._raw = raw.reshape(self._raw.shape)
+        return result.reshape(self._raw.shape[1:])
+
+    def _evaluates(self, which: int, wearer: Wearer) -> bool:
+        """Whether a character's FIRST or OTHER styles are evaluated by themselves."""
+        return which == FIRST or (self.BLENDS and any(wearer.shares))
+
+    def _counting(self, ones: list[int]) -> np.ndarray:
+        """(n, 5) how far each part changes at all: not where it wears the own style; and legs that side-step keep the
+        controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
+        result = np.ones((len(ones), len(PART_NAMES)))
+        for place, one in enumerate(ones):
+            side, forward, _ = np.abs(self.wearers[one].root_velocities[BODY])
+            for part, wears in enumerate(self.wearers[one].parts):
+                if wears.name == wears.other == OWN:
+                    result[place, part] = 0.0
+                elif part in LEG_PARTS and side > forward and not self._side_steps(wears.name):
+                    result[place, part] = (forward / side) ** 2
+        return result
+
+    def _side_steps(self, name: str) -> bool:
+        """Whether a clip of a style shows side-steps."""
+        return any(movement.startswith("strafe") for movement in self.bank[name].gait.movements)
+
+    def _with_residual(self, turns: np.ndarray, strengths: np.ndarray) -> np.ndarray:
+        """Rotations (..., 21, 4) with what of the styles' movement is not locked to the stride on top, in its own time."""
+        loops = [[(self.bank[part.name].gait.residual, 1 - part.share), (self.bank[part.other].gait.residual, part.share)]
+                 if part.strength else () for wearer in self.wearers for part in wearer.parts]
+        if not any(loop is not None and share for loops_of_part in loops for loop, share in loops_of_part):
+            return turns
+        result = np.zeros((len(self.wearers), JOINT_COUNT, 3))
+        for place, loops_of_part in enumerate(loops):
+            one, part = divmod(place, len(PART_NAMES))
+            for loop, share in loops_of_part:
+                if loop is not None and share:
+                    joints = PART_OF_JOINT == part
+                    result[one, joints] += share * played(loop[:, joints], self.frame)
+        result = result.reshape(*self._leading, JOINT_COUNT, 3) * strengths[..., PART_OF_JOINT, None]
+        return rot.multiply(rot.from_rotation_vector(result), turns)
+
+    def _evaluate_decoder(self, windows: np.ndarray) -> None:
+        """The decoder says every PERIOD frames, or where a part changes its style, by how much features (..., 21, 15) change.
+
+        Until it is evaluated again its part goes from where it is to what it says in equal steps: a little lag for a fraction of
+        the work, and windows that interleave (their samples are two frames apart) do not tremble against each other."""
+        due = [one for one, wearer in enumerate(self.wearers) if wearer.due()]
+        newest, now = self._decoded
+        for one, wearer in enumerate(self.wearers):
+            if any(wearer.strengths) and wearer.moving:
+                wearer.move(*self._root_velocities(windows[[one]], [one])[:, 0])
+        for which in (FIRST, OTHER):
+            ones = [one for one in due if self._evaluates(which, self.wearers[one])]
+            if ones:
+                newest[which, ones] = self._in_groups(self._decoder, windows, ones, which)
+        jumps = [one for one in due if self.wearers[one].changed]
+        now[:, jumps] = newest[:, jumps]
+        left = np.array([max(wearer.period - wearer.waited, 1) for wearer in self.wearers])[:, None, None]
+        now += (newest - now) / left
+
+    def _in_groups(self, evaluate: Callable, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+        """What `evaluate` says of these characters, group by group."""
+        groups = [list(group) for _, group in groupby(ones, lambda one: one // GROUP)]
+        return np.concatenate([evaluate(windows[group], group, which) for group in groups])
+
+    def _decoder(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+        """What the decoder changes, features (n, 21, 15), at the end of windows (n, 16, 21, 15)."""
+        return self._network.decoded(windows, *self._styles(ones, which))
+
+    def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+        """What key poses make of the moment that is to come when the spring, which lags, has caught up, so that a style's arm is
+        forward when the neutral one is: features (n, 2, 21, 15), in what these characters wear and in their own style. A pose
+        changes so steadily that its own velocity tells what is to come."""
+        newest = windows[:, -1]
+        coming = newest + lag(self.SMOOTHING) * FPS / STRIDE / STEADY * (newest - windows[:, -1 - STEADY])
+        ways, styles = self._root_velocities(windows, ones), self._styles(ones, which)
+        return np.stack(self._network.key_poses(coming, *ways, *styles), axis=1)
+
+    def _root_velocities(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
+        """(2, n, 3) of these characters' bodies, and of the neutral motion that they make it from."""
+        neutral = windows[:, :, 0, LAYOUT["root"]].mean(axis=1)
+        travel = self._travel[ones, None]
+        return np.array([neutral * np.concatenate([travel, travel, np.ones_like(travel)], axis=1), neutral])
+
+    def _styles(self, ones: list[int], which: int) -> tuple[Style, Style]:
+        """What these characters wear and their own style, each side by side along the batch."""
+        wearers = [self.wearers[one] for one in ones]
+        return (self._side_by_side(ones, which, [wearer.styles(self.bank)[which] for wearer in wearers]),
+                self._side_by_side(ones, OWN, [wearer.own(self.bank) for wearer in wearers]))
+
+    def _side_by_side(self, ones: list[int], kind: int | str, styles: list[Style]) -> Style:
+        """Styles of characters along the batch, put together once and kept until one of them changes."""
+        if len(styles) == 1:
+            return styles[0]
+        key = (kind, *ones)
+        before, result = self._kept.pop(key, (styles, None))
+        result = result or joined(styles)
+        for place, (style, old) in enumerate(zip(styles, before)):
+            if style is not old:
+                put(style, result, place)
+        self._kept[key] = styles, result
+        if len(self._kept) > 2 * KEPT * (1 + len(self.wearers) // GROUP):
+            del self._kept[next(iter(self._kept))]
+        return result
+

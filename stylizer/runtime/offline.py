@@ -1,0 +1,158 @@
+"""Restyling a whole clip: the network over overlapping windows, its turns on top of the content, then the feet.
+
+Where the live stylizer sees only the past, here every frame is the mean of the windows that see it from all sides."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Mapping
+
+import numpy as np
+import torch
+from scipy.ndimage import gaussian_filter1d
+
+from sim.body.kinematics import to_local
+from sim.body.pose import Pose
+from sim.body.skeleton import PART_NAMES
+from sim.feet.foot_cleanup import feet_in_order, foot_height_error, raise_feet
+from sim.motion.clip import FPS, Clip, root_frame
+from sim.motion.contacts import foot_contacts
+from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features
+from sim.retarget.retarget import load_clip
+from sim.style_spec import Worn, names
+from stylizer.networks.normalization import Scaled
+from stylizer.runtime.overlap import overlapped
+from stylizer.runtime.pose_delta import (
+    ARM_PARTS,
+    LEG_PARTS,
+    apply_delta,
+    delta_weights,
+    pose_delta,
+    preserve_hands,
+    rotations_of_delta,
+    unwrap_frames,
+)
+from stylizer.styles.bank import Bank
+from stylizer.styles.encoding import encode
+from stylizer.styles.style_clips import SHORTEST, StyleClips, single
+from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
+from stylizer.systems.motion_puzzle.model import MotionPuzzle
+from stylizer.systems.motion_puzzle.style_tensors import Style, interpolated, side_by_side
+from stylizer.systems.whole_body import WholeBody, answers, joints_by_code, together
+
+SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
+FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
+SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
+FEW, MANY = 3, 12  # windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one body part is to wear: a style at a strength, or the way from it to another, 0 .. 1."""
+
+    style: StyleClips
+    strength: float = 1.0
+    other: StyleClips | None = None
+    share: float = 0.0
+
+
+def looks(bank: Bank, worn: Mapping[str, Worn]) -> dict[str, Look]:
+    """Part -> Look from part -> what it wears (sim.style_spec), where a name may also be the path of a BVH clip.
+
+    Raises ValueError or OSError for a style that the bank does not hold and that is no clip."""
+    styles = {name: _style(bank, name) for wanted in worn.values() for name in names(wanted)}
+    return {part: Look(styles[wanted[0]], wanted[1], *((styles[wanted[2]], wanted[3]) if len(wanted) == 4 else ()))
+            for part, wanted in worn.items()}
+
+
+def _style(bank: Bank, name: str) -> StyleClips:
+    if name in bank.names or not (name.lower().endswith(".bvh") or Path(name).exists()):
+        return bank[name]
+    return clip_style(bank.model, clip_features(load_clip(name)))
+
+
+def stylize(model: Scaled, content: Clip, looks: Mapping[str, Look]) -> Clip:
+    """The clip (60 Hz, grounded) with the parts of `looks` restyled; all others, and strength 0, are as they were.
+
+    Raises ValueError for a clip of a few frames."""
+    if len(content) < SHORTEST_CONTENT:
+        raise ValueError(f"{content.name} is too short to restyle: give at least {SHORTEST_CONTENT} frames at {FPS} a second")
+    strengths = np.array([looks[part].strength if part in looks else 0.0 for part in PART_NAMES])
+    return put_on(content, answer(model, clip_features(content), looks), strengths) if strengths.any() else content
+
+
+def put_on(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Clip:
+    """The clip with what the network answered, features (frames, 21, 15), put on at the strengths (5,), and its feet in order."""
+    delta = unwrap_frames(pose_delta(styled, clip_features(content))) * delta_weights(strengths)
+    delta = gaussian_filter1d(delta, SMOOTHING, axis=0, mode="nearest")
+    before = as_pose(content)
+    styled = preserve_hands(apply_delta(before, rotations_of_delta(delta), delta[..., -1, :]), before, strengths[ARM_PARTS])
+    to_floor = gaussian_filter1d(foot_height_error(styled, before), FLOOR_SMOOTHING, mode="nearest") * strengths[LEG_PARTS].min()
+    after = feet_in_order(raise_feet(styled, to_floor) if to_floor.any() else styled, before)
+    return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
+
+
+def answer(model: Scaled, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+    """The network's own answer (frames, 21, 15) to the content's features, before anything is put in order."""
+    if isinstance(model, WholeBody):
+        return whole_body_answer(model, features, looks)
+    return styled_features(model, features, looks)
+
+
+def whole_body_answer(model: WholeBody, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+    """The answer of a system that is asked once for each style that parts wear."""
+    root_velocity = features[:, 0, LAYOUT["root"]].mean(axis=0)
+
+    def code(look: Look) -> torch.Tensor:
+        first, other = (style.at(root_velocity) for style in (look.style, look.other or look.style))
+        return torch.lerp(first, other, look.share)
+
+    wanted = [looks.get(part) for part in PART_NAMES]
+    keys = [look and (id(look.style), id(look.other), look.share) for look in wanted]
+    by_key = {key: code(look) for key, look in zip(keys, wanted) if look}
+    styled = {key: overlapped(features, model.config.window,
+                              lambda windows, code=code: answers(model, windows, code.expand(len(windows), -1))[None])[0]
+              for key, code in by_key.items()}
+    return together(features, styled, joints_by_code(keys))
+
+
+def clip_style(model: Scaled, features: np.ndarray, label: str | None = None) -> StyleClips:
+    """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated. label: its domain,
+    for a whole-body system that knows it."""
+    count = FEW if len(features) < MANY * SHORTEST else MANY
+    starts = np.linspace(0, max(len(features) - SHORTEST, 0), count).round().astype(int)
+    windows = features[(starts[:, None] + STRIDE * np.arange(STYLE_WINDOW)) % len(features)]
+    encoded = model.encode_style(windows, label) if isinstance(model, WholeBody) else encode(model, windows)
+    return single(encoded, features)
+
+
+def worn(own: StyleClips, looks: Mapping[str, Look], root_velocities: np.ndarray) -> tuple[Style, Style]:
+    """One style for the network, part by part, and the content's own, which the parts that have no look wear, both for windows
+    that move at root velocities (B, 3)."""
+    styles = {id(style): style for look in looks.values() for style in (look.style, look.other) if style}
+    at = {key: style.at(root_velocities) for key, style in (styles | {id(own): own}).items()}
+    first = [id(looks[part].style) if part in looks else id(own) for part in PART_NAMES]
+    other = [id(looks[part].other or looks[part].style) if part in looks else id(own) for part in PART_NAMES]
+    shares = [looks[part].share if part in looks else 0.0 for part in PART_NAMES]
+    first, other = (side_by_side([at[key] for key in keys]) for keys in (first, other))
+    return interpolated(first, other, shares), at[id(own)]
+
+
+@torch.inference_mode()
+def styled_features(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+    """What the network makes of features (frames, 21, 15): windows as long as in training, faded into each other."""
+    own = clip_style(model, features)
+
+    def ask(windows: np.ndarray) -> np.ndarray:
+        motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
+        style, own_style = worn(own, looks, windows[:, :, 0, LAYOUT["root"]].mean(axis=1))
+        styled, rebuilt = (None if answers is None else model.restore(answers).double().numpy()
+                           for answers in model(motion, style, own_style))
+        return (styled if rebuilt is None else windows + (styled - rebuilt))[None]
+
+    return overlapped(features, WINDOW, ask)[0]
+
+
+def as_pose(clip: Clip) -> Pose:
+    """All frames of a clip as one pose with a leading axis, its contacts told from its feet."""
+    root = root_frame(clip.positions(), clip.fps)
+    return Pose(root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip), np.zeros(len(clip)))

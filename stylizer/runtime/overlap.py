@@ -1,0 +1,34 @@
+"""A whole clip through a network that sees windows: overlapping windows, their answers faded into each other."""
+
+from typing import Callable
+
+import numpy as np
+
+from sim.motion.features import STRIDE
+
+HOP = 3  # frames between windows; odd, so that they see the even and the odd frames in turn
+BATCH = 64  # windows
+
+
+def overlapped(features: np.ndarray, samples: int, ask: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """(k, frames, a, b) from features (frames, 21, 15) at 60 Hz.
+
+    ask: windows (n, samples, 21, 15) at 30 Hz -> k motions of each, (k, n, samples, a, b), which need not be features. A clip
+    shorter than a window is held at its end."""
+    frames, span = len(features), (samples - 1) * STRIDE
+    padded = np.concatenate([features, features[-1:].repeat(max(span + 2 - frames, 0), axis=0)])
+    last = len(padded) - 1 - span
+    starts = np.unique([0, 1, *range(0, last, HOP), last - 1, last])
+    total, weights = 0.0, np.zeros((len(padded), 1, 1))
+    fade = np.hanning(samples + 2)[1:-1, None, None]
+    for some in np.array_split(starts, -(-len(starts) // BATCH)):
+        seen = some[:, None] + STRIDE * np.arange(samples)
+        motions = ask(padded[seen])
+        if np.isscalar(total):
+            total = np.zeros((len(motions), len(padded), *motions.shape[3:]))
+        for motion, answer in zip(total, motions):
+            for at, window in zip(seen, answer):
+                motion[at] += window * fade
+        for at in seen:
+            weights[at] += fade
+    return (total / weights)[:, :frames]

@@ -1,0 +1,148 @@
+"""What one character's body parts wear: styles, strengths and shares on their way; and when the network is to be evaluated."""
+
+from typing import Collection, Mapping
+
+import numpy as np
+
+from sim.body.skeleton import PART_NAMES
+from sim.math.springs import spring_step
+from sim.motion.clip import FPS
+from sim.style_spec import Worn
+from stylizer.styles.bank import Bank
+from stylizer.styles.own_style import OWN
+from stylizer.systems.motion_puzzle.style_tensors import Style, side_by_side
+
+STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
+GONE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
+PARTS_KEPT = 3  # combinations of styles whose parts are kept: what is worn, what it is blended with, the own style
+SAME_VELOCITY = 0.01  # metres a second, radians a second: styles are not interpolated anew for less
+BODY, NEUTRAL = 0, 1  # whose root velocity
+DT = 1 / FPS
+
+
+class Wearer:
+    """A character's five parts. The network is evaluated every `period` frames, and at once where a part changes its style."""
+
+    def __init__(self, period: int, turn: int = 0) -> None:
+        """turn: so many frames later its turn comes; so most of a crowd rests while the others are evaluated."""
+        self.period, self._turn = period, turn
+        self.parts = [_Part() for _ in PART_NAMES]
+        self.changed = False  # whether it is evaluated because of another style
+        self._switching = False  # whether all parts switch in the next step
+        self._evaluated: tuple | None = None  # what the parts wore when it was evaluated last
+        self.waited = self._until = 0  # frames since it was evaluated, and until it is again
+        # (2, 3) that styles are interpolated for: of the body, and of the neutral motion, whose own style is taken off.
+        self.root_velocities = np.full((2, 3), np.inf)
+        self._kept: dict[tuple, Style] = {}  # styles at that velocity, by the names that the five parts wear
+        self._parts: dict[tuple, tuple[list[Style], Style]] = {}  # of the last velocities: each part's style, and all in one
+
+    @property
+    def strengths(self) -> list[float]:
+        """Of the five parts."""
+        return [part.strength for part in self.parts]
+
+    @property
+    def styled(self) -> list[float]:
+        """Of the five parts: the strength, as far as it is that of another style than the own one."""
+        return [part.strength * part.foreign for part in self.parts]
+
+    @property
+    def shares(self) -> list[float]:
+        """Of the five parts: how far each is on the way from its style to the other one."""
+        return [part.share for part in self.parts]
+
+    def step(self, style: Mapping[str, Worn]) -> list[bool]:
+        """One frame; which of the five parts switch to another style."""
+        switched = [part.step(style.get(name)) for part, name in zip(self.parts, PART_NAMES)]
+        switching, self._switching = self._switching, False
+        return [each or switching for each in switched]
+
+    def switch(self) -> None:
+        """What the parts wear has changed under its name: all of them switch in the next step."""
+        self._evaluated, self._switching = None, True
+        self._kept.clear()
+
+    def keep(self, styles: Collection[str]) -> None:
+        """A part that wears another style than these lets it go."""
+        for part in self.parts:
+            if not {part.name, part.other} <= set(styles):
+                part.name = part.other = OWN
+
+    def due(self) -> bool:
+        """Whether the network is to be evaluated in this frame. To be called once a frame, after `step`."""
+        if not any(self.strengths):
+            self._evaluated = None
+            return False
+        wanted = tuple((part.name, part.other) for part in self.parts)
+        self.changed = wanted != self._evaluated
+        due = self.changed or not self._until
+        if due:
+            self._until = (self._turn or self.period) if self.changed else self.period
+        self._evaluated, self.waited, self._until = wanted, 0 if due else self.waited + 1, self._until - 1
+        return due
+
+    @property
+    def moving(self) -> bool:
+        """Whether styles are interpolated anew in this frame: midway between two evaluations, for both at once would be twice the
+        work of any other frame."""
+        return self.changed or self.waited == self.period // 2
+
+    def move(self, body: np.ndarray, neutral: np.ndarray) -> None:
+        """From now on styles are those of a body that moves at a root velocity (3,), the own style that of a neutral motion that
+        moves at another (3,)."""
+        if np.abs(np.array([body, neutral]) - self.root_velocities).max() > SAME_VELOCITY:
+            self.root_velocities = np.array([body, neutral])
+            self._kept.clear()
+
+    def own(self, bank: Bank) -> Style:
+        """The own style at this velocity, for all parts."""
+        return self._style(bank, (OWN,) * len(PART_NAMES), NEUTRAL)
+
+    def styles(self, bank: Bank) -> list[Style]:
+        """What the five parts wear at this velocity, side by side in one style; where any of them is blended with another style,
+        those as a second one."""
+        names = [tuple(getattr(part, key) for part in self.parts) for key in ("name", "other")]
+        return [self._style(bank, each, BODY) for each in names[:1 + any(self.shares)]]
+
+    def _style(self, bank: Bank, names: tuple[str, ...], whose: int) -> Style:
+        if (names, whose) not in self._kept:
+            each = {name: bank[name].at(self.root_velocities[whose]) for name in dict.fromkeys(names)}
+            self._kept[names, whose] = self._side_by_side((names, whose), [each[name] for name in names])
+        return self._kept[names, whose]
+
+    def _side_by_side(self, key: tuple, styles: list[Style]) -> Style:
+        """The five parts' styles in one. Levels that have not changed since the last time are not put together again."""
+        before, result = self._parts.get(key, (styles, {}))
+        changed = [level for level in styles[0] if level not in result
+                   or any(style[level] is not old[level] for style, old in zip(styles, before))]
+        result = result | side_by_side([{level: style[level] for level in changed} for style in styles])
+        self._parts = dict([*self._parts.items()][-PARTS_KEPT:]) | {key: (styles, result)}
+        return result
+
+
+class _Part:
+    """What one body part wears: a style, the other one it is blended with (itself if none), share and strength of these on
+    their way to the wanted ones, and how far what it wears is not the own style."""
+
+    def __init__(self) -> None:
+        self.name = self.other = OWN
+        self.strength = self.velocity = self.share = self.share_rate = self.foreign = self.foreign_rate = 0.0
+
+    def step(self, worn: Worn | None) -> bool:
+        """One frame; whether the style was switched. A part let go keeps its style until it has faded."""
+        name, strength, other, share = (worn if worn and len(worn) == 4 else
+                                        (*worn, self.other, 0.0) if worn else (self.name, 0.0, self.other, self.share))
+        switched = name != self.name or (other != self.other and self.share > 0)
+        self.name, self.other = name, other
+        foreign = (1 - share) * (name != OWN) + share * (other != OWN)
+        if switched or not self.strength or abs(share - self.share) < GONE:  # a switch is smoothed, so the share need not be
+            self.share, self.share_rate = share, 0.0
+        if not self.strength or abs(foreign - self.foreign) < GONE:
+            self.foreign, self.foreign_rate = foreign, 0.0
+        self.share, self.share_rate = spring_step(self.share, self.share_rate, share, STRENGTH_HALFLIFE, DT)
+        self.foreign, self.foreign_rate = spring_step(self.foreign, self.foreign_rate, foreign, STRENGTH_HALFLIFE, DT)
+        switched = switched and self.strength > 0
+        self.strength, self.velocity = spring_step(self.strength, self.velocity, strength, STRENGTH_HALFLIFE, DT)
+        if strength == 0 and self.strength < GONE:
+            self.__init__()
+        return switched

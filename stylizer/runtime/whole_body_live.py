@@ -1,0 +1,75 @@
+"""The live stylizer of a whole-body system: asked once for each style that parts wear, over more than the ring buffer's past."""
+
+from collections import deque
+from typing import Mapping, Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sim.body.pose import Pose
+from sim.motion.features import STRIDE
+from sim.style_spec import Worn
+from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.style_mixer import BODY, Wearer
+from stylizer.systems.whole_body import answers, joints_by_code, together
+
+
+class WholeBodyStylizer(LiveStylizer):
+    """Windowed inference: these systems look ahead as well as back, so each answer is the last sample of a window that ends now.
+
+    What is done with it - turns, strengths, smoothing, switches - is the same as for Motion Puzzle."""
+
+    SMOOTHING = 0.05  # seconds; nothing tells these systems what is to come, so they must not lag far behind
+    BLENDS = False  # codes are blended instead
+    PERIOD = 2  # frames: as the samples of their windows lie
+
+    def _prepare(self) -> None:
+        """Codes are all that these systems need, and the bank has them."""
+
+    def restart(self) -> None:
+        super().restart()
+        model = self.bank.model
+        span = (model.config.window - model.HELD_BEHIND - 1) * STRIDE + 1
+        self._past: deque[np.ndarray] = deque(maxlen=span)  # features (..., 21, 15) of the last frames, the newest last
+
+    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+             travel: np.ndarray | float = 1.0) -> Pose:
+        samples = np.moveaxis(window, -3, 0)
+        if not self._past:  # what the ring buffer has, and before that its oldest pose
+            self._past.extend(samples[:1].repeat(self._past.maxlen, axis=0))
+            self._past.extend(samples[:-1].repeat(STRIDE, axis=0))
+        self._past.append(samples[-1])
+        return super().step(window, neutral, style, travel)
+
+    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
+        raise ValueError("this stylizer has no attention")
+
+    def reroll(self) -> None:
+        """Draws the styles of chance anew; parts that wear one glide into it. Raises ValueError where there are none."""
+        if not self.bank.drawn:
+            super().reroll()
+        self.bank.reroll()
+        self.switch()
+
+    def _decoder(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+        past = np.stack([sample.reshape(-1, *sample.shape[-2:])[ones] for sample in list(self._past)[::STRIDE]], axis=1)
+        return np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, ones)])
+
+    def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+        """These systems have no key poses."""
+        return windows[:, [-1, -1]]
+
+    def _last(self, past: np.ndarray, wearer: Wearer) -> np.ndarray:
+        """By how much the last sample (21, 15) of a character's past (T, 21, 15) changes, each part as the answer in its own
+        style says. These systems make the whole pose, so there is no own style to take off: what they answer in it tells less."""
+        model = self.bank.model
+        joints = joints_by_code([(part.name, part.other, part.share) if part.strength else None for part in wearer.parts])
+        codes = torch.stack([self._code(wearer.root_velocities[BODY], *look) for look in joints])
+        window = np.concatenate([past, past[-1:].repeat(model.HELD_BEHIND, axis=0)])
+        styled = answers(model, window[None], codes, last=1 + model.HELD_BEHIND)[:, 0]
+        return together(past[-1], dict(zip(joints, styled)), joints) - past[-1]
+
+    def _code(self, root_velocity: np.ndarray, name: str, other: str, share: float) -> Tensor:
+        code = self.bank[name].at(root_velocity)
+        return code if not share else torch.lerp(code, self.bank[other].at(root_velocity), share)

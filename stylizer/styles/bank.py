@@ -1,0 +1,155 @@
+"""The style bank: what the decoder needs to know of each style, computed once and kept in one small file a style."""
+
+import re
+import unicodedata
+from difflib import get_close_matches
+from pathlib import Path
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from sim.io.user_dirs import data_folder
+from sim.motion.clip import Clip
+from sim.motion.features import clip_features
+from sim.retarget.retarget import load_clip
+from stylizer.networks import checkpoint as weights
+from stylizer.networks.layers import PartStyle
+from stylizer.styles.encoding import encode_clips
+from stylizer.styles.own_style import OWN
+from stylizer.styles.style_clips import Gait, StyleClips, movements_in
+from stylizer.styles.style_file import FORMAT, checked, kept_gait, kept_motion, kept_windows, write
+
+BUNDLED = Path(__file__).parents[1] / "styles"
+NAME_LENGTH = 40
+NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{NAME_LENGTH - 1}}}")
+
+
+def user_folder() -> Path:
+    """Where the user's own styles live."""
+    return data_folder() / "styles"
+
+
+class Added(NamedTuple):
+    """A new style: its first clip on our skeleton, and sentences that say which seconds of which file show which movement."""
+
+    clip: Clip
+    taken: tuple[str, ...]
+
+
+class Bank:
+    """All styles by name: the bundled ones and the user's own, for one weight file."""
+
+    def __init__(self, weights_name: str = weights.SLIM, bundled: Path = BUNDLED, user: Path | None = None) -> None:
+        """Raises ValueError where weights or a bundled style are missing or do not belong together."""
+        self.name = weights_name
+        self.model, self.fingerprint = weights.load(weights_name)
+        self.bundled, self.user = bundled, user or user_folder()
+        self.own_motion = kept_motion(bundled / f"{OWN}.safetensors")
+        self._styles = self._bundled_styles()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Reads what has come into the user's folder since it was read."""
+        for path in sorted(self.user.glob("*.safetensors")):
+            if path.stem not in self._styles:
+                self._styles[path.stem] = self._read(path)
+
+    def _bundled_styles(self) -> dict[str, StyleClips]:
+        """Name -> style of those that come with Patchwalk."""
+        return {path.stem: self._read(path) for path in sorted(self.bundled.glob("*.safetensors"))}
+
+    @property
+    def controller(self) -> str:
+        """The fingerprint of the controller whose motion the own style is."""
+        return self.own_motion.controller
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every style, alphabetically."""
+        return tuple(sorted(self._styles))
+
+    def __getitem__(self, name: str) -> StyleClips:
+        """Raises ValueError, naming those spelt like it, for a style that is not there."""
+        if name not in self._styles:
+            near = get_close_matches(name, self._styles, 3)
+            hint = f"did you mean {' or '.join(near)}?" if near else "`patchwalk styles list` shows what there is"
+            raise ValueError(f"unknown style '{name}': {hint}")
+        return self._styles[name]
+
+    def free_name(self, path: Path) -> str:
+        """A name that no style has yet, made from a clip's file name."""
+        stem = re.sub(r"[^A-Za-z0-9_]+", "-", unicodedata.normalize("NFKD", path.stem)).strip("-_")[:NAME_LENGTH - 4] or "style"
+        names = (stem, *(f"{stem}-{number}" for number in range(2, 1000)))
+        return next(name for name in names if not self._taken(name))
+
+    def _taken(self, name: str) -> bool:
+        """Whether a style of that name is in the bank, or came into the user's folder since it was read."""
+        known = (*self._styles, *(path.stem for path in self.user.glob("*.safetensors")))
+        return name.lower() in map(str.lower, known)  # not every file system tells cases apart
+
+    def add(self, paths: Path | Sequence[Path], name: str, name_map: dict[str, str] | None = None) -> Added:
+        """Learns a style from one BVH clip or several and keeps it in the user's folder. Raises ValueError or OSError.
+
+        Each kind of movement that a clip shows (sim.motion.gait.MOVEMENTS) becomes a clip of the style.
+        name_map: our joint -> theirs, for a skeleton whose names are not known (sim.retarget.joint_names.load)."""
+        self.check_new(name)
+        paths = [Path(paths)] if isinstance(paths, (str, Path)) else [Path(path) for path in paths]
+        clips = [load_clip(path, name_map) for path in paths]
+        movements, taken = [], []
+        for path, clip in zip(paths, clips):
+            try:
+                found = movements_in(clip_features(clip))
+            except ValueError as error:
+                raise ValueError(f"{path}: {error}") from error
+            movements += found
+            taken += ["{}: {} from {:.1f} to {:.1f} s".format(path.name, m.name, *m.seconds) for m in found]
+        windows = [m.windows.astype(np.float16) for m in movements]
+        file = self.user / f"{name}.safetensors"
+        write(file, name, self._learned(windows, Gait.of(movements)),
+              {**self._made_for, "licence": "the user's own clips", "source": ", ".join(path.name for path in paths)},
+              windows)
+        self._styles[name] = self._read(file)  # as every later start will find it: the file keeps half precision
+        return Added(clips[0], tuple(taken))
+
+    def check_new(self, name: str) -> None:
+        """Raises ValueError for what is no name of a style, or one that a style has."""
+        if not NAME.fullmatch(name):
+            raise ValueError(f"'{name}' is no style name: use up to 40 letters, digits, - and _, not - or _ first")
+        if self._taken(name):
+            raise ValueError(f"there is a style '{name}' already: choose another name, or remove that one first")
+
+    def _learned(self, windows: Sequence[np.ndarray], gait: Gait) -> StyleClips:
+        """What a file keeps of its clips' windows besides them."""
+        return encode_clips(self.model, windows, gait, self.own_motion)
+
+    @property
+    def _made_for(self) -> dict[str, str]:
+        """What the header of a style file says of what it was computed for."""
+        return {"weights": self.fingerprint, "controller": self.controller}
+
+    def remove(self, name: str) -> None:
+        """Forgets one of the user's own styles. Raises ValueError for a bundled or an unknown one."""
+        self[name]
+        path = self._file(name)
+        if not path.exists():
+            raise ValueError(f"'{name}' comes with Patchwalk and cannot be removed: only styles that you added can")
+        path.unlink()
+        del self._styles[name]
+
+    def _file(self, name: str) -> Path:
+        """Where a style of the user's own lies."""
+        return self.user / f"{name}.safetensors"
+
+    def _read(self, path: Path) -> StyleClips:
+        header, tensors = checked(path)
+        gait = kept_gait(header, tensors)
+        if header["format"] != FORMAT or any(header.get(key) != value for key, value in self._made_for.items()):
+            if "windows" not in tensors or path.stem == OWN:
+                raise ValueError(f"{path} was computed for other weights of stylizer or controller: "
+                                 "reinstall Patchwalk or train again")
+            windows = kept_windows(tensors)
+            kept = {key: header[key] for key in ("licence", "source")}
+            write(path, header["name"], encode_clips(self.model, windows, gait, self.own_motion), kept | self._made_for, windows)
+            return self._read(path)
+        return StyleClips({level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
+                           for level in self.model.config.styled}, gait)

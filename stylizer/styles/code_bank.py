@@ -1,0 +1,171 @@
+"""The style bank of a whole-body system: codes of the bundled styles, of the user's own, and of styles drawn by chance."""
+
+import json
+from pathlib import Path
+from typing import Sequence
+
+import numpy as np
+import torch
+from safetensors.torch import save_file
+
+from sim.io.atomic_write import replacing
+from sim.io.provenance import ARCHIVES, CONTROLLER
+from sim.motion.clip import FPS
+from sim.motion.features import STRIDE, clip_features
+from sim.retarget.retarget import load_clip
+from stylizer.data.domains import label_of
+from stylizer.networks import checkpoint as weights
+from stylizer.styles.bank import BUNDLED, Bank
+from stylizer.styles.bundled_styles import CLIPS, find_clip, without_ends
+from stylizer.styles.own_style import OWN
+from stylizer.styles.style_clips import Gait, StyleClips, movements_in, no_cycles, style_windows
+from stylizer.styles.style_file import checked, gait_from, gait_tensors, kept_gait, kept_motion, kept_windows, write
+from stylizer.systems.whole_body import WholeBody, velocity_factor
+
+FOLDER = "codes"  # in a folder of styles: one file a network, all its codes in it
+POINTS = "key_points"  # in the user's folder: styles read from video
+SEEN = 4 / np.pi  # how much quicker a joint is than its picture, on the average over the views from all around
+# Of a style that no captured clip shows.
+UNKNOWN_GAIT = Gait(("walk",), np.zeros((1, 3)), np.zeros(1), np.zeros(1), no_cycles(1), None)
+DRAWN = "drawn"  # what the names of styles drawn by chance begin with
+
+
+def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
+    """Writes the codes of the own style, which needs no data, and of every style of `bundled.CLIPS` whose first clip lies under
+    data_dir, into out_dir/codes/network.safetensors; returns their names."""
+    model, fingerprint = weights.load(network, weights_folder)
+    own = kept_motion(BUNDLED / f"{OWN}.safetensors")
+    styles = {OWN: encode_codes(model, own.windows, own.gait, [OWN] * len(own.windows))}
+    speeds, licences = {OWN: velocity_factor(np.concatenate(own.windows))}, {ARCHIVES[CONTROLLER]}
+    for name, (clips, licence) in CLIPS.items():
+        if find_clip(data_dir, clips[0]) is None:
+            continue
+        movements, labels = [], []
+        for clip in clips:
+            if path := find_clip(data_dir, clip):
+                found = movements_in(without_ends(clip_features(load_clip(path))))
+                movements, labels = movements + found, labels + [label_of(clip.removesuffix(".bvh"))] * len(found)
+        styles[name] = encode_codes(model, [m.windows for m in movements], Gait.of(movements), labels)
+        speeds[name] = velocity_factor(movements[0].windows)
+        licences.add(licence)
+    path = Path(out_dir) / FOLDER / f"{network}.safetensors"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tensors = {name: style.features.contiguous() for name, style in styles.items()}
+    for name, style in styles.items():
+        tensors |= gait_tensors(style.gait, f"{name}.")
+    header = {"weights": fingerprint, "controller": own.controller, "licence": "; ".join(sorted(licences)),
+              "speeds": json.dumps(speeds),
+              "movements": json.dumps({name: style.gait.movements for name, style in styles.items()})}
+    with replacing(path) as temporary:
+        save_file(tensors, temporary, header)
+    return list(styles)
+
+
+def encode_codes(model: WholeBody, windows: Sequence[np.ndarray], gait: Gait, labels: Sequence[str | None]) -> StyleClips:
+    """A style from the windows (m, T, 21, 15) of each of its clips and their domains, where they are known."""
+    return StyleClips(torch.stack([model.encode_style(np.asarray(each, dtype=np.float32), label)
+                                   for each, label in zip(windows, labels)]), gait)
+
+
+class CodeBank(Bank):
+    """All styles by name, as `Bank` has them, for a whole-body system. What a user added from a clip is there for every
+    stylizer; what was read from a video, for those that can read key points."""
+
+    def __init__(self, network: str, bundled: Path = BUNDLED, user: Path | None = None) -> None:
+        """Raises ValueError where weights or codes are missing or do not belong together."""
+        self.seed = 0
+        self._speeds: dict[str, float] = {}  # metres a second, V of Aberman et al. 2020, Eq. 2
+        super().__init__(network, bundled, user)
+        self.reroll(0)
+
+    def refresh(self) -> None:
+        super().refresh()
+        for path in sorted((self.user / POINTS).glob("*.safetensors")) if self.reads_points else ():
+            if path.stem not in self._styles:
+                self._styles[path.stem] = self._read_points(path)
+
+    @property
+    def reads_points(self) -> bool:
+        """Whether styles can be read from video."""
+        return hasattr(self.model, "encode_points")
+
+    @property
+    def drawn(self) -> dict[str, str | None]:
+        """Name -> label of the styles that are drawn by chance; a system that knows no labels has one."""
+        if not self.model.NOISE:
+            return {}
+        labels = self.model.config.labels if getattr(self.model.config, "labelled", True) else ()
+        return {f"{DRAWN}-{label.replace(' ', '-')}": label for label in labels} or {DRAWN: None}
+
+    def speed_of(self, name: str) -> float:
+        """How quick the clip of a style is, V of Eq. 2 (Aberman et al. 2020) in metres a second; name may be a clip's path.
+
+        Raises ValueError for a style of which it is not known: one drawn by chance."""
+        if name in self._speeds:
+            return self._speeds[name]
+        if name in self.names:
+            raise ValueError(f"nobody can tell how quick '{name}' is: leave --global-motion out, or name a clip")
+        return velocity_factor(clip_features(load_clip(name)))
+
+    def reroll(self, seed: int | None = None) -> None:
+        """Draws the styles of `drawn` anew; the same seed draws the same."""
+        self.seed = self.seed + 1 if seed is None else seed
+        for place, (name, label) in enumerate(self.drawn.items()):
+            code = self.model.drawn(label, np.random.default_rng((self.seed, place)))
+            self._styles[name] = StyleClips(code[None], UNKNOWN_GAIT)
+
+    def add_points(self, folder: Path, name: str, fps: float = 30.0) -> None:
+        """Learns a style from a folder of OpenPose key points, `fps` frames a second. Raises ValueError or OSError."""
+        if not self.reads_points:
+            raise ValueError(f"the {self.name} stylizer reads no key points: use --stylizer unpaired, or a BVH clip")
+        from stylizer.styles import keypoints_2d as key_points
+        from stylizer.systems.unpaired import POINTS as NAMES
+        self.check_new(name)
+        windows = style_windows(key_points.read(folder, NAMES, fps)).astype(np.float16)
+        file = self.user / POINTS / f"{name}.safetensors"
+        write(file, name, StyleClips({}, UNKNOWN_GAIT),
+              {"weights": self.fingerprint, "licence": "the user's own video", "source": Path(folder).name}, [windows])
+        self._styles[name] = self._read_points(file)
+
+    def _taken(self, name: str) -> bool:
+        known = (path.stem.lower() for path in (self.user / POINTS).glob("*.safetensors"))
+        return super()._taken(name) or name.lower() in known
+
+    def _file(self, name: str) -> Path:
+        of_video = self.user / POINTS / f"{name}.safetensors"
+        return of_video if of_video.exists() else super()._file(name)
+
+    def _learned(self, windows: Sequence[np.ndarray], gait: Gait) -> StyleClips:
+        return StyleClips({}, gait)  # the windows are enough: codes are made of them in a moment
+
+    @property
+    def _codes_path(self) -> Path:
+        return self.bundled / FOLDER / f"{self.name}.safetensors"
+
+    def _bundled_styles(self) -> dict[str, StyleClips]:
+        path = self._codes_path
+        if not path.exists():
+            raise ValueError(f"no style codes at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'")
+        header, tensors = weights.read(path)
+        if header.get("controller") != self.controller:
+            raise ValueError(f"{path} was computed for another controller: reinstall Patchwalk or run 'patchwalk styles capture'")
+        if header.get("weights") != self.fingerprint:
+            raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
+        self._speeds |= json.loads(header["speeds"])
+        return {name: StyleClips(tensors[name].float(), gait_from(tensors, movements, f"{name}."))
+                for name, movements in json.loads(header["movements"]).items()}
+
+    def _read(self, path: Path) -> StyleClips:
+        header, tensors = checked(path)
+        if "windows" not in tensors:
+            raise ValueError(f"{path} keeps no motion, which the {self.name} stylizer needs: add the style again")
+        windows = [each.astype(np.float32) for each in kept_windows(tensors)]
+        self._speeds[path.stem] = velocity_factor(windows[0])
+        return encode_codes(self.model, windows, kept_gait(header, tensors), [None] * len(windows))
+
+    @torch.inference_mode()
+    def _read_points(self, path: Path) -> StyleClips:
+        points = checked(path)[1]["windows"].float()
+        speed = points.diff(dim=1).norm(dim=-1).amax(dim=-1).mean() * FPS / STRIDE
+        self._speeds[path.stem] = float(speed) * SEEN
+        return StyleClips(self.model.encode_points(points).mean(dim=0)[None], UNKNOWN_GAIT)

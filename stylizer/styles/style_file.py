@@ -1,0 +1,96 @@
+"""Style files: what a style's clips were encoded to, and what is known of their gait, as safetensors with a header."""
+
+import json
+from pathlib import Path
+from typing import Sequence
+
+import numpy as np
+import torch
+from safetensors.torch import save_file
+
+from sim.body.skeleton import JOINT_COUNT, skeleton_hash
+from sim.io.atomic_write import replacing
+from sim.motion.features import FEATURES, LAYOUT_VERSION
+from sim.motion.gait import movement_of
+from stylizer.networks import checkpoint as weights
+from stylizer.styles.stride_residual import JOINTS as RESIDUAL_JOINTS
+from stylizer.styles.style_clips import WINDOW, Gait, Movement, OwnMotion, StyleClips
+
+FORMAT, FORMER_FORMAT = "patchwalk-style-2", "patchwalk-style-1"  # the former one held a single clip
+GAIT_NUMBERS = ("root_velocities", "runs", "cadences", "cycles")  # of Gait, kept in a style file as they are
+
+
+def write(path: Path, name: str, style: StyleClips, header: dict[str, str], windows: Sequence[np.ndarray] | None = None,
+          **more: np.ndarray) -> None:
+    """Writes one style file. header: weights (their fingerprint), licence, source, and what else is to be said.
+
+    windows: of each clip, for a style of which no other file holds the motion: new weights can then read it again; more: other
+    arrays to be kept with them."""
+    header = {"format": FORMAT, "name": name, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash(),
+              "movements": json.dumps(style.gait.movements), **header}
+    tensors = {f"{level}.{key}": value.half().contiguous()
+               for level, part in style.features.items() for key, value in part._asdict().items()}
+    tensors |= gait_tensors(style.gait)
+    if windows is not None:
+        tensors["windows"] = torch.from_numpy(np.concatenate(windows).astype(np.float16))
+        tensors["windows_of_clip"] = torch.tensor([len(each) for each in windows])
+    tensors |= {key: torch.from_numpy(np.asarray(value, dtype=np.float32)) for key, value in more.items()}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as temporary:
+        save_file(tensors, temporary, header)
+
+
+def gait_tensors(gait: Gait, prefix: str = "") -> dict[str, torch.Tensor]:
+    """What a file keeps of a gait besides the movements' names, each tensor's name beginning with the prefix."""
+    result = {prefix + key: torch.from_numpy(np.asarray(getattr(gait, key), dtype=np.float32)) for key in GAIT_NUMBERS}
+    if gait.residual is not None:
+        result[prefix + "residual"] = torch.from_numpy(np.ascontiguousarray(gait.residual[:, RESIDUAL_JOINTS], dtype=np.float16))
+    return result
+
+
+def gait_from(tensors: dict[str, torch.Tensor], movements: Sequence[str], prefix: str = "") -> Gait:
+    """The inverse of `gait_tensors`."""
+    residual = None
+    if (kept := tensors.get(prefix + "residual")) is not None:
+        residual = np.zeros((len(kept), JOINT_COUNT, 3))
+        residual[:, RESIDUAL_JOINTS] = kept.double().numpy()
+    return Gait(tuple(movements), *(tensors[prefix + key].double().numpy() for key in GAIT_NUMBERS), residual)
+
+
+def kept_windows(tensors: dict[str, torch.Tensor]) -> list[np.ndarray]:
+    """Of each clip the windows (m, WINDOW, 21, 15) that a style file was computed from, of a file that keeps them."""
+    windows = tensors["windows"].numpy().reshape(-1, WINDOW, JOINT_COUNT, FEATURES)
+    counts = tensors.get("windows_of_clip", torch.tensor([len(windows)])).tolist()
+    return np.split(windows, np.cumsum(counts)[:-1])
+
+
+def kept_gait(header: dict[str, str], tensors: dict[str, torch.Tensor]) -> Gait:
+    """What a style file says of its clips' gait; of a file of the former format, what its windows show."""
+    if header["format"] == FORMER_FORMAT:
+        windows = [w.astype(np.float32) for w in kept_windows(tensors)]
+        movements = [Movement("walk", w, w.reshape(-1, JOINT_COUNT, FEATURES)[:1], (0.0, 0.0)) for w in windows]
+        gait = Gait.of(movements)
+        return gait._replace(movements=tuple(map(movement_of, gait.root_velocities)))
+    return gait_from(tensors, json.loads(header["movements"]))
+
+
+def kept_motion(path: Path) -> OwnMotion:
+    """The controller's motion that the file of the own style holds. Raises ValueError for a file without it."""
+    header, tensors = checked(path)
+    if "phases" not in tensors:
+        raise ValueError(f"{path} does not hold the controller's motion: run 'patchwalk styles capture', or reinstall Patchwalk")
+    windows = kept_windows(tensors)
+    phases = np.split(tensors["phases"].double().numpy(), np.cumsum([len(each) for each in windows])[:-1])
+    return OwnMotion(windows, phases, kept_gait(header, tensors), header.get("controller", ""))
+
+
+def checked(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
+    """Header and tensors of a style file. Raises ValueError for one that was made for something else."""
+    header, tensors = weights.read(path)
+    former = header.get("format") == FORMER_FORMAT and "windows" in tensors
+    wanted = {"format": FORMER_FORMAT if former else FORMAT, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}
+    for key, value in wanted.items():
+        if header.get(key) != value:
+            raise ValueError(f"{path} was made for {key} '{header.get(key)}', this version needs '{value}': "
+                             "remove the file and add the style again")
+    return header, tensors

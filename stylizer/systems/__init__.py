@@ -1,0 +1,1 @@
+"""The style-transfer systems, a file or a folder each."""

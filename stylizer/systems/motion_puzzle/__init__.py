@@ -1,0 +1,1 @@
+"""Motion Puzzle (Jang et al. 2022): style transfer by body part."""

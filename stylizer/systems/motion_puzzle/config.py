@@ -1,0 +1,64 @@
+"""The forms of Motion Puzzle as settings of one network: the paper's (Table 3, App. A.1), ours, and what ablations take away.
+
+The names of `CONFIGS` are what training, evaluation and bench know."""
+
+from dataclasses import dataclass, replace
+
+from torch import nn
+
+from sim.body.skeleton import JOINT_COUNT
+from stylizer.networks.graph import LEVELS
+from stylizer.networks.layers import BPAdaIN, JointLinear, STConv
+
+KEY_POSES = 0  # a style's key poses are kept under this number
+RESIDUAL = 4  # the decoder's residual block above G3 takes its style under this number
+
+
+@dataclass(frozen=True)
+class Config:
+    stem: int = 64  # channels of the 1x1 convolutions at both ends
+    channels: tuple[int, ...] = (128, 256, 512)  # at G1, G2, G3
+    distances: tuple[int, ...] = (3, 2, 2)  # K, the farthest hop that a spatial convolution sees, at G1, G2, G3
+    taps: tuple[int, ...] = (7, 5, 5)  # samples that a temporal convolution sees, at G1, G2, G3
+    residual_taps: int = 3  # the same in the residual blocks at G3; 0: no residual blocks
+    style_levels: tuple[int, ...] = (3, 2, 1)  # levels of the decoder that have a BP-StyleNet, coarse to fine
+    style_statistics: int = 1  # what BP-AdaIN's scale and bias are made of: 1 the style's mean, 2 its deviation too
+    by_part: bool = True  # BP-AdaIN; False: AdaIN over the whole body (Sec. 7.2)
+    attention: bool = True  # BP-ATN (Sec. 7.2)
+    own_ends: bool = False  # each joint has weights of its own in the 1x1 convolutions at both ends
+    key_poses: int = 0  # moments whose key poses are put on directly, joint by joint; the network makes what is missing
+    way: int = 0  # hidden units by which the content's way over the floor has a say in BP-AdaIN; 0: none
+    decodes: bool = True  # False: the decoder adds nothing to the key poses
+    relative: bool = False  # the content is decoded in its own style as well, and how the two answers differ is put on
+
+    def conv(self, level: int, channels_in: int, channels_out: int, taps: int = 0) -> STConv:
+        """A spatial-temporal convolution on graph G_level with this table's kernel."""
+        return STConv(LEVELS[level], channels_in, channels_out, self.distances[level - 1], taps or self.taps[level - 1])
+
+    def adain(self, level: int) -> BPAdaIN:
+        """BP-AdaIN on graph G_level."""
+        return BPAdaIN(LEVELS[level], self.width(level), self.by_part, self.style_statistics)
+
+    def end(self, channels_in: int, channels_out: int) -> nn.Module:
+        """The 1x1 convolution at either end."""
+        return JointLinear(JOINT_COUNT, channels_in, channels_out) if self.own_ends else nn.Linear(channels_in, channels_out)
+
+    def width(self, level: int) -> int:
+        """Channels at G_level; G_0 is the stem."""
+        return self.channels[level - 1] if level else self.stem
+
+    @property
+    def styled(self) -> tuple[int, ...]:
+        """The numbers under which the decoder takes in a style."""
+        return (*self.style_levels, *([RESIDUAL] if self.residual_taps else []), *([KEY_POSES] if self.key_poses else []))
+
+
+FULL = Config()  # Table 3
+PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, App. A.1: the paper's real-time system
+# What measurement added to the paper's networks.
+ADDED = {"style_statistics": 2, "own_ends": True, "key_poses": 96, "way": 32, "relative": True}
+LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
+SLIM = replace(PAPER_SLIM, stem=12, channels=(24, 48, 96), **ADDED)  # what is shipped
+CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "large": LARGE, "slim": SLIM,
+           "no_key_poses": replace(SLIM, key_poses=0), "key_poses_alone": replace(SLIM, decodes=False),
+           "no_attention": replace(SLIM, attention=False), "whole_body_adain": replace(SLIM, by_part=False)}

@@ -1,0 +1,258 @@
+"""Motion Puzzle (Jang et al., ACM TOG 41(3), 2022): style transfer by body part. Table 3 and the real-time system's form.
+
+Feature maps are (vertex, batch, time, channel). What can be set, and the forms that have names:
+stylizer/systems/motion_puzzle/config.py. """
+
+import torch
+from torch import Tensor, nn
+
+from sim.body.skeleton import PARTS
+from sim.motion.features import FEATURES
+from stylizer.networks.graph import LEVELS
+from stylizer.networks.layers import BPATN, PartStyle, Pool, STConv, Unpool, leaky, normalized
+from stylizer.networks.normalization import Scaled
+from stylizer.systems.motion_puzzle.config import KEY_POSES, RESIDUAL, Config
+from stylizer.systems.motion_puzzle.direction_transfer import ROOT, ROOT_SIZE
+from stylizer.systems.motion_puzzle.key_poses import KeyPoses
+from stylizer.systems.motion_puzzle.style_tensors import Style, joined
+
+
+class ResBlock(nn.Module):
+    """Two STConv around which the feature passes on (Table 3 a, b; the form of Liu et al. 2019)."""
+
+    def __init__(self, config: Config, normalize: bool) -> None:
+        super().__init__()
+        self.prepare = _instance_norm if normalize else nn.Identity()
+        width = config.width(3)
+        self.conv1, self.conv2 = (config.conv(3, width, width, config.residual_taps) for _ in range(2))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(5, B, T, C) -> the same shape"""
+        return x + self.conv2(self.prepare(leaky(self.conv1(self.prepare(x)))))
+
+
+class Encoder(nn.Module):
+    """A 1x1 convolution, one STConv for each graph, G1 to G3, and a residual block (Table 3 a, b)."""
+
+    def __init__(self, config: Config, normalize: bool) -> None:
+        super().__init__()
+        self.prepare = _instance_norm if normalize else nn.Identity()
+        self.stem = config.end(FEATURES, config.stem)
+        self.convs = nn.ModuleList(config.conv(level, config.width(level - 1), config.width(level)) for level in LEVELS)
+        self.pools = nn.ModuleList([nn.Identity(), Pool(LEVELS[1], LEVELS[2]), Pool(LEVELS[2], LEVELS[3])])
+        self.residual = ResBlock(config, normalize) if config.residual_taps else nn.Identity()
+
+    def forward(self, motion: Tensor) -> list[Tensor]:
+        """(21, B, T, 15) -> features of G1, G2, G3, (V, B, T / 1 2 4, C); T is a multiple of 4."""
+        x, levels = self.stem(motion), []
+        for pool, conv in zip(self.pools, self.convs):
+            x = leaky(conv(self.prepare(pool(x))))
+            levels.append(x)
+        return [*levels[:-1], self.residual(x)]
+
+
+class StyleEncoder(Encoder):
+    """E_s (Sec. 4.2): one style feature for each graph (Eq. 3)."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__(config, normalize=False)
+
+
+class ContentEncoder(Encoder):
+    """E_c (Sec. 4.3): instance normalization before every convolution takes the style out; G3's is kept (Eq. 6)."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__(config, normalize=True)
+
+    def forward(self, motion: Tensor) -> Tensor:
+        """(21, B, T, 15) -> (5, B, T / 4, C3)"""
+        return super().forward(motion)[-1]
+
+
+class BPResBlock(nn.Module):
+    """The decoder's residual block at G3, with BP-AdaIN for normalization (Table 3 c)."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__()
+        width = config.width(3)
+        self.adains = nn.ModuleList(config.adain(3) for _ in range(2))
+        self.convs = nn.ModuleList(config.conv(3, width, width, config.residual_taps) for _ in range(2))
+
+    def style_side(self, style: Tensor) -> PartStyle:
+        """Both BP-AdaIN's scales and biases side by side; there are no tokens to attend to."""
+        scales, biases = (torch.cat(both, dim=2) for both in zip(*(adain.style_side(style) for adain in self.adains)))
+        none = style.new_zeros(*scales.shape[:2], 0, style.shape[-1])
+        return PartStyle(scales, biases, none, none)
+
+    def forward(self, x: Tensor, style: PartStyle) -> Tensor:
+        """(5, B, T, C) -> the same shape"""
+        y = x
+        for adain, conv, scale, bias in zip(self.adains, self.convs, style.scale.chunk(2, 2), style.bias.chunk(2, 2)):
+            y = conv(leaky(adain(y, scale, bias)))
+        return x + y
+
+
+class BPStyleNet(nn.Module):
+    """BP-AdaIN, STConv, BP-ATN, STConv on one graph (Eq. 10, 14; Table 3 d)."""
+
+    def __init__(self, config: Config, level: int) -> None:
+        super().__init__()
+        channels, graph = config.width(level), LEVELS[level]
+        self.adain = config.adain(level)
+        self.conv1 = config.conv(level, channels, channels)
+        self.attention = BPATN(graph, channels) if config.attention else None
+        self.conv2 = config.conv(level, channels, config.width(level - 1))
+        self.reach = config.taps[level - 1] // 2
+
+    def style_side(self, style: Tensor) -> PartStyle:
+        """All that depends on the style alone, from its feature (V, B, S, C)."""
+        scale, bias = self.adain.style_side(style)
+        none = style.new_zeros(*scale.shape[:2], 0, style.shape[-1])
+        return PartStyle(scale, bias, *(self.attention.style_side(style) if self.attention else (none, none)))
+
+    def forward(self, x: Tensor, style: PartStyle, last: int | None = None) -> Tensor:
+        """(V, B, T, C) -> (V, B, T, C of the finer graph); only the `last` samples where a number is given."""
+        x = self.conv1(leaky(self.adain(x, style.scale, style.bias)))
+        if self.attention:
+            x = self.attention(x, style.keys, style.values)
+        return _tail(self.conv2, x, last, self.reach)
+
+
+class PlainBlock(nn.Module):
+    """A level without style: one STConv."""
+
+    def __init__(self, config: Config, level: int) -> None:
+        super().__init__()
+        self.conv = config.conv(level, config.width(level), config.width(level - 1))
+        self.reach = config.taps[level - 1] // 2
+
+    def forward(self, x: Tensor, style: None = None, last: int | None = None) -> Tensor:
+        return _tail(self.conv, leaky(x), last, self.reach)
+
+
+class Way(nn.Module):
+    """What the content's way over the floor adds to BP-AdaIN's scales and biases.
+
+    Instance normalization takes speed and direction out of the content, but a run is no quick walk, and the same style
+    looks another when it backs or turns."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__()
+        self.hidden = nn.Linear(2 * ROOT_SIZE, config.way)
+        self.sides = nn.ModuleDict({
+            str(number): nn.Linear(config.way, len(PARTS) * 2 * config.width(min(number, 3)) * (2 if number == RESIDUAL else 1))
+            for number in config.styled if number != KEY_POSES})
+
+    def forward(self, motion: Tensor, style: Style) -> Style:
+        """The style (batch of B or 1) as it is worn on the way of normalized motion (21, B, T, 15)."""
+        root = motion[0, ..., ROOT]
+        hidden = leaky(self.hidden(torch.cat([root.mean(dim=1), root[:, -1]], dim=1)))
+        result = {}
+        for number, side in self.sides.items():
+            scale, bias = side(hidden).view(len(hidden), len(PARTS), -1).transpose(0, 1).chunk(2, dim=2)
+            part = style[int(number)]
+            result[int(number)] = part._replace(scale=part.scale + scale, bias=part.bias + bias)
+        return style | result
+
+
+class Decoder(nn.Module):
+    """D (Sec. 4.4, Eq. 7): from G3 back to G1, taking in the style on the way (Table 3 c)."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__()
+        self.config = config
+        self.residual = BPResBlock(config) if config.residual_taps else None
+        self.blocks = nn.ModuleDict()
+        for level in reversed(LEVELS):
+            self.blocks[str(level)] = (BPStyleNet if level in config.style_levels else PlainBlock)(config, level)
+        self.unpools = nn.ModuleDict({str(level): Unpool(LEVELS[level], LEVELS[level - 1]) for level in (3, 2)})
+        self.head = config.end(config.stem, FEATURES)
+
+    def style_side(self, style: list[Tensor]) -> Style:
+        """A style clip's features of G1, G2, G3 -> what the decoder needs of them, computed once a style."""
+        sides = {level: self.blocks[str(level)].style_side(style[level - 1]) for level in self.config.style_levels}
+        return sides | ({RESIDUAL: self.residual.style_side(style[-1])} if self.residual else {})
+
+    def forward(self, content: Tensor, style: Style, last: int | None = None) -> Tensor:
+        """(5, B, T / 4, C3) -> motion (21, B, T, 15), or its `last` samples alone, without computing the others."""
+        x = self.residual(content, style[RESIDUAL]) if self.residual else content
+        for level in reversed(LEVELS):
+            x = self.blocks[str(level)](x, style.get(level), self._needed(level, last))
+            x = self.unpools[str(level)](x) if level > 1 else x
+        with torch.autocast(x.device.type, enabled=False):  # a few channels that everything hangs on
+            return self.head(leaky(x.float()))
+
+    def _needed(self, level: int, last: int | None) -> int | None:
+        """How many of a block's last samples are wanted. A block that normalizes or attends over time needs all of them."""
+        if last is None or level == 3 or (level == 2 and 1 in self.config.style_levels):
+            return None
+        return last if level == 1 else (last + self.blocks["1"].reach + 1) // 2
+
+
+class MotionPuzzle(Scaled):
+    """The whole network."""
+
+    KIND, CONFIG = "motion-puzzle", Config
+
+    def __init__(self, config: Config) -> None:
+        super().__init__(config)
+        self.style_encoder = StyleEncoder(config)
+        self.content_encoder = ContentEncoder(config)
+        self.decoder = Decoder(config)
+        self.way = Way(config) if config.way else None
+        self.key_poses = KeyPoses(config.key_poses) if config.key_poses else None
+        if self.key_poses:  # the network begins with nothing to add
+            nn.init.zeros_(self.decoder.head.weight)
+
+    def encode_style(self, motion: Tensor, clip: Tensor | None = None) -> Style:
+        """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by number.
+
+        clip: what key poses are read from, if not motion: more of the same, of any length."""
+        style = self.decoder.style_side(self.style_encoder(motion))
+        if not self.key_poses:
+            return style
+        with torch.autocast(motion.device.type, enabled=False):
+            return style | {KEY_POSES: self.key_poses.style_side(motion if clip is None else clip)}
+
+    def forward(self, motion: Tensor, style: Style, own: Style, last: int | None = None) -> tuple[Tensor, Tensor | None]:
+        """Eq. 7: normalized motion (21, B, T, 15) in another style, and where the configuration says `relative` in its own
+        too; all samples or the `last` ones.
+
+        The second shows what of the content's own movement the decoder loses: what is put on is how the two differ."""
+        content = self.content_encoder(motion)
+        if not self.config.relative:
+            return *self.answers(motion, content, [style], own, last), None
+        return tuple(self.answers(motion, content, [style, own], own, last))
+
+    def answers(self, motion: Tensor, content: Tensor, styles: list[Style], own: Style, last: int | None = None) -> list[Tensor]:
+        """Motion (21, B, T, 15), or its `last` samples, in each of some styles, from normalized motion, its content feature and
+        the motion's own style (batches of B)."""
+        results = self.decoded(motion, content, styles, last)
+        if not self.key_poses:
+            return results
+        with torch.autocast(motion.device.type, enabled=False):
+            told = self.key_poses.told(motion[:, :, -(last or motion.shape[2]):], own[KEY_POSES])
+            way = motion[0, ..., ROOT].mean(1)
+            return [result + self.key_poses(told, way, style[KEY_POSES], own[KEY_POSES])
+                    for result, style in zip(results, styles)]
+
+    def decoded(self, motion: Tensor, content: Tensor, styles: list[Style], last: int | None = None) -> list[Tensor]:
+        """The decoder's part of `answers`."""
+        if not self.config.decodes:
+            return [torch.zeros_like(motion[:, :, -(last or motion.shape[2]):])] * len(styles)
+        worn = joined([self.on_way(motion, style) for style in styles])
+        return list(self.decoder(content.repeat(1, len(styles), 1, 1), worn, last).chunk(len(styles), dim=1))
+
+    def on_way(self, motion: Tensor, style: Style) -> Style:
+        """The style as the decoder wants it for this motion."""
+        return self.way(motion, style) if self.way else style
+
+
+def _tail(conv: STConv, x: Tensor, last: int | None, reach: int) -> Tensor:
+    """conv(x), or only its `last` samples, computed from the samples that they can see."""
+    return conv(x) if last is None else conv(x[:, :, -(last + reach):])[:, :, -last:]
+
+
+def _instance_norm(x: Tensor) -> Tensor:
+    """Over vertices and time together: takes the level and the liveliness out, keeps the posture's shape."""
+    return normalized(x, (0, 2))

@@ -1,0 +1,1 @@
+"""From clips in many styles to weights and style files."""

@@ -1,0 +1,71 @@
+"""The styles of the package for another controller: the own style, and what of the other styles depends on it.
+
+No captured clip is needed: a style file keeps what its clips' strides look like."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors.torch import save_file
+
+from sim.io.atomic_write import replacing
+from stylizer.networks import checkpoint as weights
+from stylizer.networks.layers import PartStyle
+from stylizer.styles import own_style
+from stylizer.styles.bank import BUNDLED
+from stylizer.styles.code_bank import FOLDER, encode_codes
+from stylizer.styles.encoding import refit_clips
+from stylizer.styles.own_style import OWN
+from stylizer.styles.style_clips import OwnMotion, StyleClips
+from stylizer.styles.style_file import checked, gait_tensors, kept_gait, kept_motion, write
+from stylizer.systems.motion_puzzle.model import MotionPuzzle
+from stylizer.systems.whole_body import WholeBody, velocity_factor
+
+
+def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]:
+    """Writes into out_dir, for a controller that moves like `own`: the own style, and all other styles of the folder `styles`,
+    those of Motion Puzzle and the codes of the whole-body systems. Returns the files.
+
+    Raises ValueError, and writes nothing, where weights or styles are missing or do not belong together."""
+    out_dir = Path(out_dir)
+    puzzle = {path: checked(path) for path in sorted(styles.glob("*.safetensors")) if path.stem != OWN}
+    codes = {path: weights.read(path) for path in sorted((styles / FOLDER).glob("*.safetensors"))}
+    model, fingerprint = weights.load()
+    systems = {path: weights.load(path.stem) for path in codes}
+    for path, (header, _) in (puzzle | codes).items():
+        if header.get("weights") != systems.get(path, (model, fingerprint))[1]:
+            raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
+        if "movements" not in header:
+            raise ValueError(f"{path} was made by another version of Patchwalk: reinstall it or train again")
+
+    own_style.write(out_dir, own, model, fingerprint)
+    own = kept_motion(out_dir / f"{OWN}.safetensors")  # as every later reader finds it: the file keeps half precision
+    for path, file in puzzle.items():
+        _write_style(out_dir / path.name, model, own, *file)
+    for path, file in codes.items():
+        _write_codes(out_dir / FOLDER / path.name, systems[path][0], own, *file)
+    return [out_dir / f"{OWN}.safetensors", *(out_dir / path.relative_to(styles) for path in (*puzzle, *codes))]
+
+
+def _write_style(path: Path, model: MotionPuzzle, own: OwnMotion, header: dict[str, str],
+                 tensors: dict[str, torch.Tensor]) -> None:
+    """A style of Motion Puzzle, given as its file for another controller."""
+    features = {level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
+                for level in model.config.styled}
+    style = refit_clips(model, StyleClips(features, kept_gait(header, tensors)), own)
+    kept = {key: header[key] for key in ("weights", "licence", "source")}
+    write(path, header["name"], style, kept | {"controller": own.controller})
+
+
+def _write_codes(path: Path, model: WholeBody, own: OwnMotion, header: dict[str, str], tensors: dict[str, torch.Tensor]) -> None:
+    """The codes of a whole-body system, given as their file for another controller: only the own style's change."""
+    style = encode_codes(model, own.windows, own.gait, [OWN] * len(own.windows))
+    tensors = {name: tensor for name, tensor in tensors.items() if name.partition(".")[0] != OWN}
+    tensors |= {OWN: style.features.contiguous()} | gait_tensors(own.gait, f"{OWN}.")
+    speeds = json.loads(header["speeds"]) | {OWN: velocity_factor(np.concatenate(own.windows))}
+    movements = json.loads(header["movements"]) | {OWN: own.gait.movements}
+    header = header | {"controller": own.controller, "speeds": json.dumps(speeds), "movements": json.dumps(movements)}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as temporary:
+        save_file(tensors, temporary, header)

@@ -1,0 +1,111 @@
+"""Training of the stylizers: unlabelled clips or labelled ones, one CPU core, a GPU, or several processes.
+
+    torchrun --nproc-per-node 2 -m demo train stylizer --data DIR --out OUT
+"""
+
+import csv
+from pathlib import Path
+from typing import Callable, Sequence, TypeVar
+
+from tqdm import tqdm
+
+from stylizer.data.dataset import MotionData, pack
+from stylizer.networks import checkpoint as weights
+from stylizer.styles import bundled_styles as bundled
+from stylizer.styles import code_bank as codes
+from stylizer.systems import registry as systems
+from stylizer.systems.motion_puzzle.config import CONFIGS
+from stylizer.systems.motion_puzzle.objective import RECIPES
+from stylizer.training.distributed import Processes, wait
+from stylizer.training.train_systems import SystemTrainer
+from stylizer.training.trainer import Trainer
+
+CHECKPOINT_SECONDS = 240
+
+T = TypeVar("T")
+
+
+def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1,
+          network: str = weights.SLIM, recipe: str = "ours", leave_out: Sequence[str] = (), steps: int | None = None) -> Path:
+    """Trains on every BVH under data_dir; writes pack, checkpoint, curve (CSV, PNG), weights and styles under out_dir.
+
+    network and recipe: names of `configs.CONFIGS` and `losses.RECIPES`; a network of `systems.NETWORKS` has a recipe of
+    its own. Stops after `minutes` of training in all, or `steps` where networks are to be compared that cost unlike; `resume`
+    goes on from the checkpoint exactly where it stopped, random numbers included. leave_out: words; clips with one of them in
+    their name are not learned from. Under torchrun every process draws its own windows and the first one writes.
+    Returns the weight file's path. Raises ValueError for unknown names and where the folder holds nothing to learn from."""
+    data_dir, out_dir = Path(data_dir), Path(out_dir)
+    make = trainer_of(network, recipe)
+    with Processes() as rank:
+        if rank == 0:
+            pack(data_dir, out_dir / "motion")
+        wait()
+        data = MotionData.open(out_dir / "motion").without(leave_out)
+        if rank == 0:
+            for reason, count in data.skipped.items():
+                tqdm.write(f"skipped {count} clips: {reason}")
+        trainer = make(data, seed + 1000 * rank)
+        checkpoint, path = out_dir / "checkpoint.pt", out_dir / f"{network}.safetensors"
+        if resume:
+            trainer.restore(checkpoint)
+        budget, unit = (steps, " steps") if steps else (minutes * 60, "s")
+
+        def done() -> float:
+            return trainer.step if steps else trainer.spent
+
+        saved = trainer.spent
+        with tqdm(total=round(budget), initial=round(done()), unit=unit, desc="train stylizer", disable=rank > 0) as bar:
+            while done() < budget:
+                terms = trainer.update(done() / budget)
+                bar.n = min(round(done()), bar.total)
+                bar.set_postfix_str(" ".join(f"{key} {value:.3f}" for key, value in terms.items()))
+                bar.update(0)
+                if rank == 0 and (trainer.spent - saved > CHECKPOINT_SECONDS or done() >= budget):
+                    saved = trainer.spent
+                    trainer.log(out_dir / "curve.csv")
+                    trainer.keep(checkpoint)
+                    until = f"--steps {steps}" if steps else f"--minutes {minutes:g}"
+                    command = f"patchwalk train stylizer {until} --network {network} --recipe {recipe}"
+                    left_out = f" --leave-out {' '.join(leave_out)}" if leave_out else ""
+                    trainer.save_weights(path, data_dir, command + left_out)
+        if rank == 0:
+            plot_curve(out_dir / "curve.csv")
+            (codes if network in systems.NETWORKS else bundled).build(network, out_dir, data_dir, out_dir / "styles")
+        wait()
+    return path
+
+
+def trainer_of(network: str, recipe: str) -> Callable[[MotionData, int], Trainer]:
+    """What makes the trainer of a network, of data and a seed. Raises ValueError for unknown names."""
+    named(CONFIGS | systems.NETWORKS, network, "network")
+    if network in systems.NETWORKS:
+        if recipe != "ours":
+            raise ValueError(f"{network} has one recipe: leave --recipe out")
+        return lambda data, seed: SystemTrainer(data, network, seed)
+    how = named(RECIPES, recipe, "recipe")
+    return lambda data, seed: Trainer(data, CONFIGS[network], how, seed)
+
+
+def named(table: dict[str, T], name: str, what: str) -> T:
+    """What a table has under a name. Raises ValueError for another one."""
+    if name not in table:
+        raise ValueError(f"there is no {what} '{name}': use one of {', '.join(table)}")
+    return table[name]
+
+
+def plot_curve(path: Path) -> None:
+    """Draws the CSV's losses as a PNG beside it: lines for training, dots for the held-out clips."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    figure, axes = plt.subplots(figsize=(8, 4.5))
+    for color, name in enumerate(name[len("held_out_"):] for name in rows[0] if name.startswith("held_out_")):
+        for label, style in ((name, "-"), (f"held_out_{name}", "o")):
+            points = [(float(r["minutes"]), float(r[label])) for r in rows if r[label]]
+            axes.plot(*zip(*points), style, color=f"C{color}", label=label.replace("_", " "))
+    axes.set(xlabel="minutes", yscale="log", title="stylizer")
+    axes.legend(fontsize=7, ncols=2)
+    figure.savefig(path.with_suffix(".png"), dpi=120)
+    plt.close(figure)

@@ -1,0 +1,133 @@
+"""What a replay leaves behind: poses as designed, equal bytes for equal input, BVH and latency that read back."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from demo.export.export import WRITERS, Result, check_outputs
+from demo.figure.colours import part_colours
+from sim.body.kinematics import forward_kinematics, to_global
+from sim.body.skeleton import JOINTS, PARTS
+from sim.command import GAIT_SPEEDS, Command
+from sim.io import bvh
+from sim.io.atomic_write import replacing
+from tests.conftest import fake_session
+
+COMMANDS = [Command((0.6, 0.8), style={"left_arm": ("old", 1.0)})] * 40 + [Command((0.0, -1.0), gait="run")] * 20
+
+
+@pytest.fixture
+def result():
+    session = fake_session()
+    return Result([session.step(command) for command in COMMANDS], session.latency, startup_s=0.5)
+
+
+def test_poses(result, tmp_path):
+    WRITERS["poses"](tmp_path / "a.npz", result)
+    with np.load(tmp_path / "a.npz", allow_pickle=False) as file:
+        poses = dict(file)
+    frames = len(COMMANDS)
+    assert {name: array.shape for name, array in poses.items()} == {
+        "fps": (), "neutral_positions": (frames, 21, 3), "positions": (frames, 21, 3),
+        "neutral_rotations": (frames, 21, 4), "rotations": (frames, 21, 4), "contacts": (frames, 4), "phase": (frames,),
+        "root_position": (frames, 3), "root_facing": (frames,), "desired_velocity": (frames, 2),
+        "bone_offsets": (21, 3), "parents": (21,)}
+    bones = poses["positions"][:, 1:] - poses["positions"][:, poses["parents"][1:]]
+    assert np.abs(np.linalg.norm(bones, axis=-1) - np.linalg.norm(poses["bone_offsets"][1:], axis=-1)).max() < 1e-4
+    rebuilt = forward_kinematics(poses["positions"][:, 0], to_global(poses["rotations"]))
+    assert np.abs(rebuilt - poses["positions"]).max() < 1e-6
+    assert poses["desired_velocity"][[0, -1]] == pytest.approx(np.array([[0.78, 1.04], [0.0, -GAIT_SPEEDS["run"]]]))
+    moved = np.abs(poses["positions"] - poses["neutral_positions"]).max(axis=(0, 2)) > 0.01
+    assert moved[PARTS["left_arm"][-1]] and not moved[list(PARTS["right_arm"])].any()
+    assert np.all(np.sum(poses["rotations"][1:] * poses["rotations"][:-1], axis=-1) >= 0), "signs run on"
+
+
+def test_equal_input_gives_equal_bytes(tmp_path):
+    for name in ("a", "b"):
+        session = fake_session()
+        result = Result([session.step(command) for command in COMMANDS], session.latency, 0.0)
+        for kind in ("poses", "bvh"):
+            WRITERS[kind](tmp_path / f"{name}.{kind}", result)
+    assert (tmp_path / "a.poses").read_bytes() == (tmp_path / "b.poses").read_bytes()
+    assert (tmp_path / "a.bvh").read_bytes() == (tmp_path / "b.bvh").read_bytes()
+
+
+def test_bvh_is_the_styled_motion(result, tmp_path):
+    WRITERS["bvh"](tmp_path / "a.bvh", result)
+    motion = bvh.read(tmp_path / "a.bvh")
+    positions = motion.global_transforms()[0] / bvh.CENTIMETRES
+    assert motion.fps == 60
+    assert np.abs(positions - [frame.styled.positions for frame in result.frames]).max() < 1e-4
+
+
+def test_another_reader_finds_the_same_joints_in_the_bvh(result, tmp_path):
+    pybvh = pytest.importorskip("pybvh", reason="pybvh reads the file a second time")
+    WRITERS["bvh"](tmp_path / "a.bvh", result)
+    motion = pybvh.read_bvh_file(str(tmp_path / "a.bvh"))
+    assert motion.joint_names == list(JOINTS)
+    positions = motion.joint_positions() / bvh.CENTIMETRES
+    assert np.abs(positions - [frame.styled.positions for frame in result.frames]).max() < 1e-3
+
+
+def test_glb_is_the_styled_motion_in_the_last_frame_s_colours(result, tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr("demo.export.gltf.write", lambda path, clip, colours: seen.append((clip, colours)))
+    WRITERS["glb"](tmp_path / "a.glb", result)
+    ((clip, colours),) = seen
+    np.testing.assert_allclose(clip.positions(), [frame.styled.positions for frame in result.frames], atol=1e-9)
+    np.testing.assert_array_equal(colours, part_colours(result.frames[-1].command.style))
+
+
+def test_latency(result, tmp_path):
+    WRITERS["latency"](tmp_path / "a.json", result)
+    report = json.loads((tmp_path / "a.json").read_text())
+    assert report["frames"] == len(COMMANDS) and report["startup_s"] == 0.5 and report["first_frame_ms"] > 0
+    assert set(report["machine"]) == {"cpu", "cores", "threads", "torch"}
+    for stage in ("controller", "features", "stylizer", "foot_lock", "frame"):
+        assert set(report[stage]) == {"p50_ms", "p95_ms", "p99_ms", "max_ms"}
+
+
+def test_video(result, tmp_path):
+    try:
+        check_outputs({"video": tmp_path / "a.mp4"})
+    except ValueError as missing:
+        pytest.skip(str(missing))
+    import imageio_ffmpeg
+    few = Result(result.frames[:5], result.latency, 0.0)
+    WRITERS["video"](tmp_path / "a.mp4", few)
+    video = imageio_ffmpeg.read_frames(str(tmp_path / "a.mp4"))
+    header = next(video)
+    pictures = [np.frombuffer(picture, np.uint8) for picture in video]
+    assert header["fps"] == 60 and len(pictures) == 5 and pictures[0].std() > 10, "not an empty picture"
+    assert len(result.latency.seconds["render"]) == 5
+
+
+def test_gif(result, tmp_path):
+    path = tmp_path / "a.GIF"
+    try:
+        check_outputs({"video": path})
+    except ValueError as missing:
+        pytest.skip(str(missing))
+    WRITERS["video"](path, Result(result.frames[:12], result.latency, 0.0))
+    with Image.open(path) as gif:
+        assert gif.n_frames == 4 and gif.info["duration"] == 50, "every third frame, in real time"
+        assert np.array(gif.convert("RGB")).std() > 10, "not an empty picture"
+
+
+def test_a_video_of_another_kind_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="an .mp4 or a .gif"):
+        check_outputs({"video": tmp_path / "a.avi"})
+
+
+def test_a_file_is_replaced_only_by_a_whole_one(tmp_path):
+    path = tmp_path / "kept.txt"
+    path.write_text("old")
+    with pytest.raises(RuntimeError), replacing(path) as temporary:
+        temporary.write_text("half")
+        raise RuntimeError
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+    assert path.read_text() == "new" and list(tmp_path.iterdir()) == [path]

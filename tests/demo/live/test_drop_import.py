@@ -1,0 +1,207 @@
+"""Dropping files on the window: a clip is learned, worn and shown; what is none says why; nothing is lost or held up."""
+
+import shutil
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+
+from demo.live.drop_import import PATIENCE, Dropped, shown
+from demo.live.live import Live
+from demo.render.inset import SECONDS, SIDES, Inset
+from sim.io import bvh
+from sim.session import Session
+from stylizer.runtime.live import LiveStylizer
+from stylizer.styles.bank import BUNDLED, Bank
+from tests.demo.live.test_live import Clock
+from tests.support.fakes import Walker, key
+from tests.support.walker import walking_clip
+
+FRAMES_PLAYED = round(60 * SECONDS)
+WITHIN = 2.0  # seconds from the drop to the style being worn
+
+
+@pytest.fixture(scope="module")
+def bundled(tmp_path_factory) -> Path:
+    """The trained stylizer's bank with few styles, which is quicker to read."""
+    folder = tmp_path_factory.mktemp("styles")
+    for name in ("neutral", "old"):
+        shutil.copy(BUNDLED / f"{name}.safetensors", folder)
+    return folder
+
+
+@pytest.fixture
+def live(screen, bundled, tmp_path) -> Live:
+    stylizer = LiveStylizer(Bank(bundled=bundled, user=tmp_path / "user"))
+    return Live(Session(Walker(), stylizer), stylizer.styles, screen, clock=Clock())
+
+
+BEGIN, COMPLETE = (pygame.event.Event(kind) for kind in (pygame.DROPBEGIN, pygame.DROPCOMPLETE))
+
+
+def file(path: Path) -> pygame.event.Event:
+    return pygame.event.Event(pygame.DROPFILE, file=str(path))
+
+
+def drop(live: Live, *paths: Path) -> float:
+    """Drops files together and runs until something came of them; the seconds that took."""
+    for event in (BEGIN, *map(file, paths), COMPLETE):
+        pygame.event.post(event)
+    start = time.perf_counter()
+    run(live, 2)
+    while live.dropped._waiting and time.perf_counter() < start + 10 * WITHIN:
+        run(live, 1)
+    run(live, 1)
+    return time.perf_counter() - start
+
+
+def run(live: Live, frames: int) -> None:
+    live.run((live.frames + frames) / 60, live.clock.sleep)
+
+
+def said(live: Live) -> list[str]:
+    return [text for _, text, _ in live.toasts]
+
+
+@pytest.fixture
+def limp(tmp_path) -> Path:
+    path = tmp_path / "My limp.bvh"
+    bvh.write(path, walking_clip(600))
+    return path
+
+
+def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_path, bundled):
+    for event in (key("4"), key("w")):
+        pygame.event.post(event)
+    run(live, 5)
+    assert drop(live, limp) < WITHIN
+    assert "My-limp" in live.choice.styles and live.choice.style == {"left_arm": ("My-limp", 1.0)}
+    assert live.frame.command.style == live.choice.style and any("learned “My-limp”" in text for text in said(live))
+    assert Bank(bundled=bundled, user=tmp_path / "user").names == ("My-limp", "neutral", "old"), "kept for the next start"
+
+    live.draw()
+    with_inset = live.window.read_pixels().astype(int)
+    for _ in range(20):
+        live.inset.step()
+    live.paint()
+    live.paint()  # the clip moves in every second picture
+    moved = live.window.read_pixels().astype(int)
+    while live.inset.playing:
+        live.inset.step()
+    live.paint()
+    without = live.window.read_pixels().astype(int)
+    height, width = without.shape[:2]
+    changed = np.abs(moved - without).max(axis=2) > 8
+    corner = changed[int(height * (0.96 - SIDES[1])):, width - int(height * (SIDES[0] + 0.04)):]
+    assert changed.sum() == corner.sum() > 0.2 * SIDES[0] * SIDES[1] * height**2, "in the corner and nowhere else"
+    assert np.abs(moved - with_inset).max() > 30, "it moves"
+
+
+def test_the_inset_plays_a_short_clip_again_and_follows_the_window(screen):
+    inset = Inset()
+    assert not inset.playing
+    inset.play(walking_clip(60), "old")
+    for _ in range(FRAMES_PLAYED - 1):
+        inset.step()
+    assert inset.playing and inset._frame() is inset._frames[(FRAMES_PLAYED - 1) % 60]
+    sizes = []
+    for size in ((320, 180), (160, 90)):
+        inset.draw(size)
+        sizes.append((inset._picture.width, inset._picture.height))
+    assert sizes == [tuple(round(side * height) for side in SIDES) for height in (180, 90)]
+    inset.step()
+    assert not inset.playing
+
+
+def test_files_dropped_together_are_one_style_that_knows_the_movements_of_all(live, limp, tmp_path):
+    walk = walking_clip(300)
+    bvh.write(tmp_path / "Hurry.bvh", replace(walk, hips=walk.hips * [1, 1, 2.2]))
+    drop(live, limp, tmp_path / "Hurry.bvh")
+    assert live.choice.name == "My-limp" and "Hurry" not in live.choice.styles
+    assert live.session.stylizer.bank["My-limp"].gait.movements == ("walk", "run")
+    assert any("learning My limp.bvh and Hurry.bvh" in text for text in said(live))
+    assert any(text.startswith("learned “My-limp” (walk, run): worn by whole body") for text in said(live))
+
+
+def test_one_that_cannot_be_used_refuses_all_that_were_dropped_with_it(live, limp, tmp_path):
+    for broken in ("notes.txt", "empty.bvh"):
+        (tmp_path / broken).write_text("")
+        drop(live, limp, tmp_path / broken)
+        assert said(live)[-1].startswith(f"{broken} ") and live.choice.style == {} and not (tmp_path / "user").exists()
+
+
+class Learner:
+    """A stylizer that remembers what it was given to learn."""
+
+    def __init__(self) -> None:
+        self.given: list[str] = []
+
+    def learn(self, *paths: Path):
+        self.given.append(" ".join(path.stem for path in paths))
+        raise ValueError("too short")
+
+
+A, B, C = (file(Path(f"{letter}.bvh")) for letter in "abc")
+OTHER = pygame.event.Event(pygame.WINDOWEXPOSED)
+
+
+@pytest.mark.parametrize("turns, learned", [
+    ([[BEGIN, A, B, COMPLETE]], ["a b"]),
+    ([[BEGIN, A], [], [B, OTHER], [COMPLETE]], ["a b"]),
+    ([[BEGIN, A, COMPLETE, BEGIN, B, C, COMPLETE]], ["a", "b c"]),
+    ([[A, OTHER, B], [C]], ["a b", "c"]),
+    ([[BEGIN, A, B], *[[]] * PATIENCE, [C]], ["a b", "c"]),
+    ([[BEGIN, A, B], [BEGIN, C, COMPLETE]], ["a b", "c"]),
+    ([[BEGIN, COMPLETE], [OTHER]], []),
+], ids=["at once", "in several turns", "two drops", "no begin, no end", "no end", "no end and another", "nothing"])
+def test_what_belongs_together_is_what_was_dropped_together(turns, learned):
+    learner = Learner()
+    dropped = Dropped(lambda: learner)
+    taken = [" ".join(path.stem for path in paths) for events in turns for paths in dropped.take(events)]
+    results = [waiting.result() for waiting in dropped._waiting]
+    assert taken == learner.given == learned and len(dropped.finished()) == len(results) == len(learned)
+
+
+def test_a_drop_waits_for_its_end():
+    dropped = Dropped(Learner)
+    assert dropped.take([BEGIN, A]) == dropped.take([]) == [] and dropped.take([COMPLETE]) == [[Path("a.bvh")]]
+
+
+def test_many_files_are_named_shortly():
+    assert shown([Path("x/a.bvh"), *[Path("b.bvh")] * 7]) == "a.bvh and 7 more files"
+
+
+def test_the_same_file_again_gets_another_name(live, limp, tmp_path):
+    drop(live, limp)
+    drop(live, limp)
+    assert {"My-limp", "My-limp-2"} <= set(live.choice.styles) and live.choice.name == "My-limp-2"
+    assert len(list((tmp_path / "user").iterdir())) == 2
+
+
+BROKEN = {
+    "notes.txt": ("hello", "notes.txt cannot be a style: drop a motion as a .bvh file"),
+    "empty.bvh": ("", "empty.bvh is not a whole BVH file: it has no MOTION line"),
+    "crab.bvh": ("HIERARCHY\nROOT Claw\n{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\n}\nMOTION\nFrames: 1\n"
+                 "Frame Time: 0.01\n0 0 0\n", "crab.bvh: this skeleton is not known: no joint found for Hips, "),
+    "gone.bvh": (None, "gone.bvh cannot be used: No such file or directory"),
+    "short.bvh": (walking_clip(20), "short.bvh: the clip is too short for a style: give at least 1.1 s of motion"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_what_cannot_be_used_says_why_in_a_sentence(live, tmp_path, name):
+    content, sentence = BROKEN[name]
+    if isinstance(content, str):
+        (tmp_path / name).write_text(content)
+    elif content is not None:
+        bvh.write(tmp_path / name, content)
+    before = live.choice.styles
+    drop(live, tmp_path / name)
+    (text,) = [text for text in said(live) if not text.startswith("learning")]
+    assert text.startswith(sentence) and str(tmp_path) not in text
+    assert len(text) < 250 and ("..." not in text or "`patchwalk styles add` with --map FILE" in text), "cut, but not what to do"
+    assert live.choice.styles == before and live.choice.style == {} and not live.inset.playing
+    assert not (tmp_path / "user").exists()

@@ -1,0 +1,97 @@
+"""The live evaluation: what it measures, and that its report has what DESIGN.md promises."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from demo.assemble import build_session
+from stylizer.evaluation.live_benchmark import (
+    GROUP_JOINTS,
+    MOVEMENTS,
+    Reference,
+    gait_figures,
+    gap,
+    liveliness,
+    play,
+    posture,
+    reference_for,
+    row,
+    summary,
+    switches,
+    table,
+    wearing,
+)
+
+CONTRACT = {"style", "movement", "sra", "top3", "cra", "posture", "liveliness", "speed", "cadence_hz", "stride_m", "clip",
+            "bounce_cm", "toe_cm", "skate_cm_s", "jerk"}
+
+
+@pytest.fixture(scope="module")
+def session():
+    return build_session()
+
+
+@pytest.fixture(scope="module")
+def walks(session):
+    """Two seconds of walking at 1.3 m/s: in two styles, and neutral."""
+    return play(session, [MOVEMENTS["walk_1.3"]] * 3, [wearing("old"), wearing("soldier"), {}], seconds=2)[0]
+
+
+def judges(right: float) -> dict:
+    panel = SimpleNamespace(share=lambda features, wanted, top=1: right)
+    return dict.fromkeys(("style", "upper_style", "content"), panel)
+
+
+def test_the_neutral_walk_goes_as_it_is_asked(walks):
+    figures = gait_figures(walks[-1])
+    assert figures["speed"] == pytest.approx(1.3, abs=0.03) and figures["cadence_hz"] == pytest.approx(0.95, abs=0.07)
+    assert figures["stride_m"] == pytest.approx(figures["speed"] / figures["cadence_hz"])
+    assert 0 < figures["bounce_cm"] < 10 and 3 < figures["toe_cm"] < 15 and 40 < figures["knee_most_bent"] < 90
+
+
+def test_styles_differ_from_the_neutral_walk_where_they_should(walks):
+    old, soldier, neutral = walks
+    assert gap(posture, old.features, neutral.features)["spine"] > 0.05  # metres: it stoops
+    assert gait_figures(soldier)["knee_most_bent"] > gait_figures(neutral)["knee_most_bent"] + 10  # it lifts its knees
+    assert gap(liveliness, soldier.features, soldier.features) == dict.fromkeys(GROUP_JOINTS, 0.0)
+
+
+def test_rows_hold_what_is_promised_and_a_perfect_copy_scores_perfectly(walks):
+    old, soldier, neutral = walks
+    references = {"walk": Reference(old, soldier)}
+    found = row("old", "walk_1.3", old, neutral, references, judges(0.5))
+    assert CONTRACT <= found.keys() and found["sra"] == found["cra"] == 0.5
+    for group in GROUP_JOINTS:
+        assert found["posture"][group]["drawn"] == 0.0 and found["liveliness"][group]["drawn"] == 1.0
+        assert found["posture"][group]["other_take"] > 0.1
+    unstyled = row("old", "walk_1.3", neutral, neutral, references, judges(0.0))
+    assert all(unstyled["posture"][group]["drawn"] == 1.0 and unstyled["liveliness"][group]["drawn"] == 0.0
+               for group in GROUP_JOINTS)
+
+
+def test_a_movement_without_a_clip_is_compared_with_the_walk(walks):
+    references = {"walk": Reference(walks[0], None), "run": Reference(walks[1], None)}
+    assert reference_for("run_3.0", references) == ("run", references["run"])
+    assert reference_for("strafe", references) == ("walk", references["walk"])
+    found = row("old", "stand", walks[1], walks[2], references, judges(1.0))
+    assert found["cra"] is None and found["posture"]["arms"]["other_take"] is None
+
+
+def test_the_table_shows_every_movement(walks):
+    old, soldier, neutral = walks
+    rows = [row(name, "walk_1.3", motion, neutral, {"walk": Reference(soldier, None)}, judges(1.0))
+            for name, motion in (("old", old), ("soldier", soldier), ("proud", neutral))]
+    total = summary(rows, neutral)
+    assert total["sra"] == 1.0 and 0 < total["posture"]["legs"]["drawn"] < 1.5
+    found = {"count": 2, "over_1500_deg_s": 0, "over_15_cm": 0, "fastest_deg_s": 900.0, "farthest_cm": 7.0}
+    text = table({"movements": {"walk_1.3": total}, "switches": found, "judges": {"style": 0.95}})
+    assert "walk_1.3" in text and "2 switches: 0 with a joint over 1,500 degrees/s" in text
+
+
+def test_a_switch_is_counted_where_a_joint_whips_round(session, monkeypatch):
+    calm = switches(session, ["old", "proud"], count=3)
+    assert calm["count"] == 2 and calm["over_1500_deg_s"] == calm["over_15_cm"] == 0
+    monkeypatch.setattr("stylizer.runtime.inertialization.HALFLIFE", 1e-3)  # no smoothing at all
+    assert switches(session, ["old", "proud"], count=3)["fastest_deg_s"] > max(1500.0, calm["fastest_deg_s"])
+    assert np.isfinite(calm["farthest_cm"])

@@ -1,0 +1,202 @@
+"""Weight files and the style bank: what fits is read, what does not is refused in one clear sentence."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors.torch import save_file
+
+from sim.io import bvh
+from sim.motion.features import clip_features
+from stylizer.networks import checkpoint as weights
+from stylizer.runtime.live import LiveStylizer
+from stylizer.styles import own_style, style_file
+from stylizer.styles.bank import Bank
+from stylizer.styles.style_clips import style_windows
+from tests.stylizer.conftest import CONTROLLER, own_motion
+from tests.support.walker import CYCLE, SPEED, planted_clip, walking_clip
+
+
+def same(a, b):
+    """Whether two styles are equal to the last bit, features and gait."""
+    gaits = zip(a.gait, b.gait)
+    return (all(torch.equal(x, y) for level in a.features for x, y in zip(a.features[level], b.features[level]))
+            and all(np.array_equal(x, y) if isinstance(x, np.ndarray) else x == y for x, y in gaits))
+
+
+def again(bank):
+    """The bank as the next start of the program finds it."""
+    return Bank("tiny", bank.bundled, bank.user)
+
+
+def rewritten(path, **changes):
+    header, tensors = weights.read(path)
+    save_file(tensors, path, {**header, **changes})
+
+
+@pytest.mark.parametrize("key", ["model", "version", "layout", "skeleton"])
+def test_weights_made_for_something_else_are_refused(bank, key):
+    rewritten(weights.FOLDER / "tiny.safetensors", **{key: "another"})
+    with pytest.raises(ValueError, match=f"made for {key} 'another'"):
+        weights.load("tiny", weights.FOLDER)
+
+
+@pytest.mark.parametrize("change", [{"stem": 5}, {"no_longer": 1}])
+def test_a_network_that_is_made_otherwise_now_is_refused(bank, change):
+    path = weights.FOLDER / "tiny.safetensors"
+    rewritten(path, config=json.dumps({**json.loads(weights.read(path)[0]["config"]), **change}))
+    with pytest.raises(ValueError, match="network of another version"):
+        weights.load("tiny", weights.FOLDER)
+
+
+def test_missing_and_damaged_weights_are_refused(bank):
+    with pytest.raises(ValueError, match="no stylizer weights at"):
+        weights.load("absent", weights.FOLDER)
+    (weights.FOLDER / "broken.safetensors").write_bytes(b"nonsense")
+    with pytest.raises(ValueError, match="not a readable safetensors file"):
+        weights.load("broken", weights.FOLDER)
+
+
+def test_a_style_is_added_found_again_and_removed(bank, walk_file):
+    bank.add(walk_file, "my-walk")
+    assert bank.names == ("my-walk", "neutral", "other")
+    kept = again(bank)
+    assert same(bank["my-walk"], kept["my-walk"]), "a recording made now replays to equal poses after the next start"
+    kept.remove("my-walk")
+    assert again(bank).names == ("neutral", "other")
+
+
+@pytest.mark.parametrize("name, message", [
+    ("other", "there is a style 'other' already"), ("Other", "already"), ("../x", "no style name"),
+    ("", "no style name")])
+def test_bad_names_are_refused(bank, walk_file, name, message):
+    with pytest.raises(ValueError, match=message):
+        bank.add(walk_file, name)
+
+
+@pytest.mark.parametrize("file, name", [
+    ("Sneaky walk (2).bvh", "Sneaky-walk-2"), ("_x_.bvh", "x"), ("\u8d70.bvh", "style"), ("Other.bvh", "Other-2"),
+    ("n" * 60 + ".bvh", "n" * 36)])
+def test_names_made_from_a_file_s(bank, file, name):
+    assert bank.free_name(Path(file)) == name
+
+
+def test_a_file_learned_twice_loses_nothing(bank, walk_file):
+    stylizer = LiveStylizer(bank)
+    first, clip = stylizer.learn(walk_file)
+    kept = (bank.user / "walk.safetensors").read_bytes()
+    assert first == "walk" and len(clip) == len(walking_clip())
+    assert stylizer.learn(walk_file)[0] == "walk-2" and again(bank).names == bank.names
+    (bank.user / "walk-3.safetensors").touch()  # as if another window had added it
+    assert stylizer.learn(walk_file)[0] == "walk-4"
+    assert (bank.user / "walk.safetensors").read_bytes() == kept
+
+
+def test_unknown_and_bundled_styles_are_not_removed(bank):
+    with pytest.raises(ValueError, match="unknown style 'othr': did you mean other"):
+        bank.remove("othr")
+    with pytest.raises(ValueError, match="comes with Patchwalk and cannot be removed"):
+        bank.remove("other")
+
+
+def test_a_short_clip_is_refused(bank, tmp_path):
+    bvh.write(tmp_path / "short.bvh", walking_clip()[:40])
+    with pytest.raises(ValueError, match="short.bvh: the clip is too short"):
+        bank.add(tmp_path / "short.bvh", "short")
+
+
+def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, walk_file):
+    bank.add(walk_file, "mine")
+    before = bank["mine"]
+    model, _ = weights.load("tiny")
+    with torch.no_grad():
+        model.style_encoder.stem.weight.mul_(2)
+    weights.save(model, weights.FOLDER / "tiny.safetensors")
+    with pytest.raises(ValueError, match="neutral.safetensors was computed for other weights of stylizer or controller"):
+        again(bank)
+    own_style.write(bank.bundled, bank.own_motion, *weights.load("tiny"))
+    with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
+        again(bank)
+    (bank.bundled / "other.safetensors").unlink()
+    renewed = again(bank)
+    assert not same(renewed["mine"], before)
+    assert same(again(bank)["mine"], again(bank)["mine"])
+
+
+def test_another_controllers_own_style_refits_the_users_styles(bank, walk_file):
+    """Their key poses are fitted to its strides; the bundled ones are refused, for no file of theirs holds their motion."""
+    bank.add(walk_file, "mine")
+    before = bank["mine"]
+    features = clip_features(walking_clip())
+    features[..., :9] *= 1.2
+    moving_more = own_motion(features, controller="another")
+    own_style.write(bank.bundled, moving_more, bank.model, bank.fingerprint)
+    with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
+        again(bank)
+    (bank.bundled / "other.safetensors").unlink()
+    renewed = again(bank)
+    header, _ = weights.read(bank.user / "mine.safetensors")
+    assert renewed.controller == header["controller"] == "another" and not same(renewed["mine"], before)
+    assert np.array_equal(renewed["mine"].gait.root_velocities, before.gait.root_velocities)
+
+
+def former(path, name, windows, fingerprint):
+    """A style file as versions before this one wrote it: the windows of one clip, and what they were encoded to."""
+    from sim.body.skeleton import skeleton_hash
+    from sim.motion.features import LAYOUT_VERSION
+    header = {"format": "patchwalk-style-1", "name": name, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash(),
+              "weights": fingerprint, "licence": "the user's own clip", "source": f"{name}.bvh"}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tensors = {"3.scale": torch.zeros(5, 1, 8).half(), "windows": torch.from_numpy(windows.astype(np.float16))}
+    save_file(tensors, path, header)
+
+
+def test_a_users_style_of_the_former_format_is_read_and_written_anew(bank):
+    path, windows = bank.user / "limp.safetensors", style_windows(clip_features(walking_clip()))
+    former(path, "limp", windows, bank.fingerprint)
+    first, second = again(bank), again(bank)
+    assert "limp" in first.names and same(first["limp"], second["limp"])
+    header, tensors = style_file.checked(path)
+    assert header["format"] == style_file.FORMAT and header["licence"] == "the user's own clip" and header["source"] == "limp.bvh"
+    assert header["controller"] == CONTROLLER and header["weights"] == bank.fingerprint
+    np.testing.assert_array_equal(style_file.kept_windows(tensors)[0], windows.astype(np.float16))
+    gait = first["limp"].gait
+    assert gait.movements == ("walk",) and gait.root_velocities[0] == pytest.approx((0, SPEED, 0), abs=0.02)
+    assert all(torch.isfinite(t).all() for part in first["limp"].features.values() for t in part)
+
+
+def test_a_style_of_the_former_format_without_motion_is_refused_in_a_sentence(bank):
+    path = bank.user / "limp.safetensors"
+    former(path, "limp", style_windows(clip_features(walking_clip())), bank.fingerprint)
+    header, tensors = weights.read(path)
+    del tensors["windows"]
+    save_file(tensors, path, header)
+    with pytest.raises(ValueError, match="limp.safetensors was made for format 'patchwalk-style-1', .*: remove the file and add"):
+        again(bank)
+
+
+def test_several_files_make_one_style_that_knows_what_each_shows(bank, tmp_path):
+    """And says which seconds of which file it took."""
+    walk, stand = tmp_path / "walk.bvh", tmp_path / "stand.bvh"
+    bvh.write(walk, walking_clip())
+    bvh.write(stand, planted_clip())
+    added = bank.add([walk, stand], "mine")
+    assert len(added.clip) == 240
+    assert added.taken == ("walk.bvh: walk from 0.0 to 4.0 s", "stand.bvh: stand from 0.0 to 2.0 s")
+    gait = bank["mine"].gait
+    assert gait.movements == ("walk", "stand") and gait.cadences == pytest.approx([60 / CYCLE, 0.0], abs=1e-3)
+    assert same(bank["mine"], again(bank)["mine"])
+    ours = [bank["mine"].at(velocity) for velocity in gait.root_velocities]
+    for level, part in ours[0].items():
+        assert torch.equal(part.scale[:, 0], bank["mine"].features[level].scale[:, 0])
+        assert torch.equal(ours[1][level].scale[:, 0], bank["mine"].features[level].scale[:, 1])
+
+
+def test_the_bundled_styles_and_the_own_style_are_of_one_controller(bank):
+    """One file that was left behind is enough to be refused."""
+    assert again(bank).controller == CONTROLLER
+    rewritten(bank.bundled / "other.safetensors", controller="another")
+    with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
+        again(bank)

@@ -1,0 +1,99 @@
+"""Key points of a video: what a known body looks like through a known camera is read back, gaps, jitter and bystanders or not."""
+
+import json
+
+import numpy as np
+import pytest
+
+from stylizer.styles import keypoints_2d as key_points
+from stylizer.styles.keypoints_2d import BODY_25, COCO_17, COCO_18, TORSO
+from stylizer.systems.unpaired import POINTS
+
+FRAMES, FPS = 50, 30.0
+PIXELS = 180.0  # a metre
+
+
+def body() -> np.ndarray:
+    """(frames, 15, 2) metres about the hips, y up: a figure that swings its hands and lifts its feet."""
+    at = {"Hips": (0, 0), "Neck": (0, TORSO), "Head": (0, 0.65), "LeftUpLeg": (0.1, 0), "RightUpLeg": (-0.1, 0),
+          "LeftLeg": (0.1, -0.45), "RightLeg": (-0.1, -0.45), "LeftFoot": (0.1, -0.85), "RightFoot": (-0.1, -0.85),
+          "LeftArm": (0.2, TORSO), "RightArm": (-0.2, TORSO), "LeftForeArm": (0.3, 0.2), "RightForeArm": (-0.3, 0.2),
+          "LeftHand": (0.35, 0), "RightHand": (-0.35, 0)}
+    result = np.tile(np.array([at[name] for name in POINTS], float), (FRAMES, 1, 1))
+    swing = np.sin(2 * np.pi * np.arange(FRAMES) / FPS)
+    for name, sign in (("LeftHand", 1), ("RightHand", -1), ("LeftFoot", -1), ("RightFoot", 1)):
+        result[:, POINTS.index(name), 1] += 0.1 * sign * swing
+    return result
+
+
+def detected(points: np.ndarray, order, where=(640.0, 360.0)) -> np.ndarray:
+    """(frames, n, 3) as a detector sees it: pixels, y down, confidence; what the figure has no point for is near the head."""
+    theirs = {theirs: name for name, sources in key_points.SOURCES.items() if len(sources) == 1 for theirs in sources}
+    result = np.empty((len(points), len(order), 3))
+    for place, name in enumerate(order):
+        ours = "Hips" if name == "MidHip" else "Neck" if name == "Neck" else theirs.get(name, "Head")
+        result[:, place, :2] = np.array(where) + points[:, POINTS.index(ours)] * (PIXELS, -PIXELS)
+    result[..., 2] = 0.9
+    return result
+
+
+def write(folder, *people):
+    folder.mkdir(exist_ok=True)
+    for frame in range(len(people[0])):
+        listed = [{"pose_keypoints_2d": person[frame].ravel().tolist()} for person in people if np.any(person[frame, :, 2])]
+        (folder / f"video_{frame:012d}_keypoints.json").write_text(json.dumps({"version": 1.3, "people": listed}))
+    return folder
+
+
+def read_back(folder):
+    """Every second frame of 60 Hz, without the ends that smoothing bends."""
+    return key_points.read(folder, POINTS, FPS)[::2][3:-3]
+
+
+@pytest.mark.parametrize("order", [BODY_25, COCO_18, COCO_17])
+def test_a_figure_is_read_back_in_metres_from_any_order(tmp_path, order):
+    found = read_back(write(tmp_path / "points", detected(body(), order)))
+    assert found.shape == (FRAMES - 6, 15, 2)
+    assert np.abs(found - body()[3:-3]).max() < 0.01
+
+
+def test_gaps_jitter_and_outliers_hardly_show(tmp_path):
+    random, seen = np.random.default_rng(0), detected(body(), BODY_25)
+    seen[..., :2] += random.normal(0, 1.5, seen[..., :2].shape)
+    seen[random.random(seen.shape[:2]) < 0.15, 2] = 0.0  # missing
+    seen[seen[..., 2] == 0, :2] = 0.0
+    seen[20, BODY_25.index("RWrist"), :2] += 400
+    seen[30:34] = 0.0  # nobody is seen at all
+    found = read_back(write(tmp_path / "points", seen))
+    assert np.abs(found - body()[3:-3]).mean() < 0.01 and np.abs(found - body()[3:-3]).max() < 0.08
+    shaking = [np.abs(np.diff(points, 2, axis=0)).mean() for points in (found, seen[3:-3, :15, :2] / PIXELS)]
+    assert shaking[0] < 0.25 * shaking[1]
+
+
+def test_one_person_is_followed_among_others(tmp_path):
+    ours, other = detected(body(), BODY_25), detected(body()[::-1], BODY_25, (200.0, 300.0))
+    other[..., 2] = 0.5
+    other[25:, :, 2] = 0.99  # surer later on, but somebody else
+    found = read_back(write(tmp_path / "points", other, ours))
+    assert np.abs(found - body()[3:-3]).max() < 0.01
+
+
+def test_other_frame_rates_become_sixty(tmp_path):
+    found = key_points.read(write(tmp_path / "points", detected(body(), COCO_18)), POINTS, 25.0)
+    assert len(found) == int((FRAMES - 1) / 25 * 60) + 1
+
+
+@pytest.mark.parametrize("spoil, message", [
+    (lambda folder, seen: write(folder, seen[:20]), "holds 20 .json files: give one a frame"),
+    (lambda folder, seen: (write(folder, seen), (folder / "a.json").write_text("{}")), "holds no OpenPose key points"),
+    (lambda folder, seen: write(folder, seen[:, :20]), "has 20 points a person"),
+    (lambda folder, seen: write(folder, seen * 0), "nobody is seen"),
+    (lambda folder, seen: write(folder, np.where(np.arange(25)[:, None] == BODY_25.index("LWrist"), 0, seen)),
+     "LeftHand is never seen"),
+    (lambda folder, seen: write(folder, np.where(np.arange(FRAMES)[:, None, None] > 15, 0, seen)), "not seen for 1.1 s"),
+])
+def test_what_cannot_be_used_is_said_in_a_sentence(tmp_path, spoil, message):
+    folder = tmp_path / "points"
+    spoil(folder, detected(body(), BODY_25))
+    with pytest.raises(ValueError, match=message):
+        key_points.read(folder, POINTS, FPS)

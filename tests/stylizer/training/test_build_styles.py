@@ -1,0 +1,134 @@
+"""Styles for another controller: each file says so and fits its motion, and what has nothing to do with that stays."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from safetensors.torch import save_file
+
+from controller.model import checkpoint as controller_weights
+from demo import cli
+from stylizer.networks import checkpoint as weights
+from stylizer.styles import code_bank as codes
+from stylizer.styles import own_style, style_file
+from stylizer.styles.bank import BUNDLED, Bank
+from stylizer.styles.code_bank import CodeBank
+from stylizer.systems.motion_puzzle.config import KEY_POSES
+from stylizer.training import build_styles as recapture
+
+OWN = own_style.OWN
+STYLE, SYSTEM = "marching", "unpaired"  # one of each, the quickest
+
+
+@pytest.fixture(scope="module")
+def styles(tmp_path_factory) -> Path:
+    """A folder of styles with one of each kind, for the shipped controller; a second one among the codes."""
+    folder = tmp_path_factory.mktemp("styles")
+    for name in (OWN, STYLE):
+        shutil.copy(BUNDLED / f"{name}.safetensors", folder)
+    codes.build(SYSTEM, weights.FOLDER, folder, folder)
+    path = folder / codes.FOLDER / f"{SYSTEM}.safetensors"
+    header, tensors = weights.read(path)
+    tensors |= {name.replace(OWN, STYLE): 0.5 * tensor for name, tensor in tensors.items()}
+    for key in ("speeds", "movements"):
+        header[key] = header[key].removesuffix("}") + ", " + header[key].removeprefix("{").replace(OWN, STYLE)
+    save_file(tensors, path, header)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def rebuilt(styles, tmp_path_factory) -> tuple[Path, style_file.OwnMotion]:
+    """Where they were written for a controller that moves a tenth more and is half a stride on, and its motion."""
+    motion = style_file.kept_motion(styles / f"{OWN}.safetensors")
+    motion = motion._replace(controller="another", phases=[phase + np.pi for phase in motion.phases],
+                             windows=[1.1 * window.astype(np.float32) for window in motion.windows])
+    out = tmp_path_factory.mktemp("out") / "styles"
+    files = recapture.rebuild(motion, out, styles)
+    assert sorted(files) == sorted(path for path in out.rglob("*") if path.is_file()) and len(files) == 3
+    return out, motion
+
+
+def test_every_file_is_for_the_new_controller(rebuilt, tmp_path):
+    out, motion = rebuilt
+    for bank in (Bank(bundled=out, user=tmp_path), CodeBank(SYSTEM, out, tmp_path)):
+        assert bank.controller == "another" and bank.names == (STYLE, OWN)
+        np.testing.assert_array_equal(bank[OWN].gait.root_velocities, motion.gait.root_velocities.astype(np.float32))
+    assert weights.read(out / f"{STYLE}.safetensors")[0]["controller"] == "another"
+    kept = style_file.kept_motion(out / f"{OWN}.safetensors")
+    for ours, theirs in zip(kept.windows, motion.windows, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-3, atol=1e-5)
+
+
+def test_own_styles_are_what_the_new_motion_is_encoded_to(rebuilt, styles, tmp_path):
+    out, _ = rebuilt
+    before, after = (CodeBank(SYSTEM, folder, tmp_path) for folder in (styles, out))
+    own = after.model.encode_style(style_file.kept_motion(out / f"{OWN}.safetensors").windows[3].astype(np.float32), OWN)
+    np.testing.assert_allclose(after[OWN].features[3], own, atol=1e-6)
+    assert (after[OWN].features - before[OWN].features).abs().max() > 1e-3
+    np.testing.assert_array_equal(after[STYLE].features, before[STYLE].features)
+    assert after.speed_of(OWN) > 1.05 * before.speed_of(OWN) and after.speed_of(STYLE) == before.speed_of(STYLE)
+
+
+def test_key_poses_follow_the_new_strides_and_the_rest_of_a_style_stays(rebuilt, styles, tmp_path):
+    before, after = (Bank(bundled=folder, user=tmp_path)[STYLE] for folder in (styles, rebuilt[0]))
+    for level in before.features:
+        for field, ours, theirs in zip(("scale", "bias", "keys", "values"), before.features[level], after.features[level]):
+            same = np.array_equal(ours, theirs)
+            assert same != ((level, field) == (KEY_POSES, "bias")), f"{level} {field}"
+    np.testing.assert_array_equal(before.gait.cycles, after.gait.cycles)
+    again = recapture.refit_clips(weights.load()[0], after, style_file.kept_motion(styles / f"{OWN}.safetensors"))
+    biases = [style.features[KEY_POSES].bias for style in (before, again, after)]
+    assert (biases[1] - biases[0]).abs().mean() < 0.5 * (biases[2] - biases[0]).abs().mean(), "and come back with the first ones"
+
+
+def test_styles_of_other_weights_are_refused_before_anything_is_written(styles, tmp_path):
+    folder = tmp_path / "styles"
+    shutil.copytree(styles, folder)
+    path = folder / codes.FOLDER / f"{SYSTEM}.safetensors"
+    header, tensors = weights.read(path)
+    save_file(tensors, path, header | {"weights": "of old"})
+    with pytest.raises(ValueError, match="unpaired.safetensors was computed with other stylizer weights"):
+        recapture.rebuild(style_file.kept_motion(styles / f"{OWN}.safetensors"), tmp_path / "out", folder)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def quick(styles, monkeypatch):
+    """The command captures two movements and knows the styles of the fixture."""
+    monkeypatch.setattr(own_style, "MOVEMENTS", {name: own_style.MOVEMENTS[name] for name in ("stand", "walk_1.0")})
+    monkeypatch.setattr(recapture.rebuild, "__defaults__", (styles,))
+
+
+def test_the_command_captures_the_shipped_controller(quick, tmp_path, capsys):
+    out = tmp_path / "new" / "styles"
+    assert cli.main(["styles", "capture", "--out", str(out)]) == 0
+    said, wrong = capsys.readouterr()
+    assert said.count("\n") == 1 and f"wrote 3 style files into {out}" in said and wrong == ""
+    motion = style_file.kept_motion(out / f"{OWN}.safetensors")
+    assert motion.controller == controller_weights.fingerprint() and motion.gait.movements == ("stand", "walk_1.0")
+    np.testing.assert_allclose(motion.gait.root_velocities[:, 1], [0.0, 1.0], atol=0.05)
+
+
+def test_the_command_writes_into_folders_only(quick, tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert cli.main(["styles", "capture", "--out", str(tmp_path / "file")]) == 2
+    assert "it is not a folder" in capsys.readouterr().err
+
+
+def test_training_a_controller_ends_with_its_own_style(quick, tmp_path, monkeypatch, capsys):
+    def train(data, out, resume):
+        out.mkdir()
+        header, tensors = weights.read(controller_weights.FOLDER / f"{controller_weights.MODEL}.safetensors")
+        save_file(tensors, out / f"{controller_weights.MODEL}.safetensors", header | {"command": "trained a moment ago"})
+        return out / f"{controller_weights.MODEL}.safetensors"
+
+    monkeypatch.setattr("controller.training.train.train", train)
+    (tmp_path / "clips").mkdir()
+    (tmp_path / "clips" / "walk.bvh").touch()
+    out = tmp_path / "run"
+    assert cli.main(["train", "controller", "--data", str(tmp_path / "clips"), "--out", str(out)]) == 0
+    first, last = capsys.readouterr().out.splitlines()
+    assert first == f"wrote {out / 'pfnn.safetensors'}" and f"captured the own style from the controller in {out}" in last
+    trained = controller_weights.fingerprint(folder=out)
+    assert style_file.kept_motion(out / "styles" / f"{OWN}.safetensors").controller == trained != controller_weights.fingerprint()
