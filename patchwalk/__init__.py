@@ -1,0 +1,65 @@
+"""Patchwalk as a library: a character under control, restyled limb by limb, and clips restyled offline.
+
+    import patchwalk as pw
+    session = pw.Session(pw.load_controller(), pw.load_stylizer())
+    frame = session.step(pw.Command(move=(0, 1), gait="walk", style=pw.style({"arms": ("old", 0.8)})))
+    frame.styled.positions                          # (21, 3) metres, at 60 frames a second
+
+What is named here is kept: it changes only with a new minor version, and then the changelog says how. Every function raises
+ValueError in one sentence for what it cannot use, OSError for a file that it cannot read or write. Loading a stylizer sets
+one thread for torch, because a frame is too little work for a second one, and flushes denormals, which cost a hundredfold.
+"""
+
+from pathlib import Path
+from typing import Mapping, Sequence
+
+from controller.runtime.controller import PhaseFunctionedController
+from sim.body.pose import Pose
+from sim.command import Command, Commands
+from sim.io import bvh
+from sim.motion.clip import Clip
+from sim.retarget.retarget import load_clip
+from sim.session import Frame, Session
+from sim.style_spec import Worn, decode
+from stylizer.runtime import catalogue
+from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.offline import looks
+from stylizer.runtime.offline import stylize as _stylize
+
+__all__ = ["Clip", "Command", "Commands", "Frame", "LiveStylizer", "PhaseFunctionedController", "Pose", "Session", "add_style",
+           "load_clip", "load_controller", "load_stylizer", "save_bvh", "style", "stylize"]
+
+
+def load_controller() -> PhaseFunctionedController:
+    """The shipped controller: neutral motion from commands, one frame of 1/60 s a step."""
+    return PhaseFunctionedController.from_pretrained()
+
+
+def load_stylizer(name: str | None = None) -> LiveStylizer:
+    """A live stylizer, with the bundled styles and the user's own in its `bank`: None for Motion Puzzle, or unpaired, diverse,
+    latent."""
+    return catalogue.from_pretrained(name)
+
+
+def style(parts: Mapping[str, str | Sequence]) -> dict[str, Worn]:
+    """What the body parts wear, from part or group (arms, legs, upper, all) -> a style's name, or (name, strength 0 .. 1.5), or
+    (name, strength, other name, share 0 .. 1)."""
+    return decode({part: [wanted, 1.0] if isinstance(wanted, str) else list(wanted) for part, wanted in parts.items()}, {})
+
+
+def stylize(content: Clip, parts: Mapping[str, str | Sequence], stylizer: LiveStylizer) -> Clip:
+    """A clip with its body parts restyled and its feet cleaned. parts: as of `style`, where a name may also be the path of a BVH
+    clip to take the style from."""
+    return _stylize(stylizer.bank.model, content, looks(stylizer.bank, style(parts)))
+
+
+def add_style(stylizer: LiveStylizer, name: str, *paths: str | Path) -> tuple[str, ...]:
+    """Learns a style from BVH clips and keeps it in the user's folder; sentences that say which seconds of which file show which
+    movement."""
+    return stylizer.bank.add([Path(path) for path in paths], name).taken
+
+
+def save_bvh(path: str | Path, clip: Clip) -> None:
+    """Writes a clip on the 21-joint skeleton, in centimetres."""
+    bvh.write(path, clip)
+

@@ -1,0 +1,1 @@
+"""Tests of the library's front door and of the examples."""
