@@ -11,9 +11,9 @@ from controller.model.io_layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_
 from controller.model.network import PhaseFunctionedNetwork
 from controller.model.phase_table import PhaseTable
 from controller.runtime.playback import Playback, keep
-from controller.runtime.root_correction import Footing
+from controller.runtime.root_correction import RootCorrection
 from controller.runtime.trajectory import Trajectory
-from controller.runtime.wrist_limiter import Wrists
+from controller.runtime.wrist_limiter import WristLimiter
 from sim.body.pose import Pose
 from sim.command import Command, Commands
 from sim.math import rotations as rot
@@ -40,7 +40,7 @@ class PhaseFunctionedController:
 
     def restart(self) -> None:
         """Back to standing, settled, at the start point, as when it was made."""
-        self.trajectory, self.footing, self.wrists = Trajectory(self._leading), Footing(), Wrists()
+        self.trajectory, self.footing, self.wrists = Trajectory(self._leading), RootCorrection(), WristLimiter()
         self.playback = Playback(self._leading)
         self.phase, self.body, self.idle = copy.deepcopy(self._start)
 

@@ -13,7 +13,7 @@ HALFLIFE = 0.03  # seconds that the slide is smoothed over
 LIFTED, PLANTED = 0.4, 0.8  # contact under which a joint tells nothing of the floor and over which it tells all
 
 
-class Footing:
+class RootCorrection:
     """A network's root and feet never agree quite; where a foot stands, the foot is right. Any leading axes, of a crowd."""
 
     def __init__(self) -> None:

@@ -16,7 +16,7 @@ _LONGEST = FASTEST / FPS  # radians a frame
 _LIKEST = math.cos(_LONGEST / 2)  # what the product of two such quaternions, a frame apart, is at least
 
 
-class Wrists:
+class WristLimiter:
     """Keeps hands from turning faster against their forearms than hands do. Any leading axes, of a crowd."""
 
     def __init__(self) -> None:

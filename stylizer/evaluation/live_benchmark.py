@@ -26,7 +26,7 @@ from stylizer.data.style_labels import labelled_files
 from stylizer.evaluation.motion_classifiers import KINDS, STEPS, TOP, Panel, panels
 from stylizer.styles import bundled_styles as bundled
 from stylizer.styles.own_style import curving, going
-from stylizer.styles.stride_residual import locked_part
+from stylizer.styles.stride_residual import stride_locked_part
 
 SETTLE_SECONDS, SECONDS = 3, 6  # of each movement: before it counts, and that is measured
 APPROACH_SECONDS = 2  # that another movement goes before it
@@ -160,7 +160,7 @@ def locked_share(features: np.ndarray, joints: np.ndarray) -> float:
     """The share of some joints' movement that repeats with the stride, of features (frames, 21, 15)."""
     axes = features[:, joints, LAYOUT["rotation"]]
     phase = stride_phase(features)
-    locked = locked_part(axes, phase)
+    locked = stride_locked_part(axes, phase)
     return float(1 - (axes - locked).var(axis=0).sum() / max(axes.var(axis=0).sum(), 1e-12))
 
 

@@ -25,7 +25,7 @@ from stylizer.styles.encoding import encode
 from stylizer.styles.style_clips import SHORTEST, single, style_windows
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import Style, for_batch
+from stylizer.systems.motion_puzzle.style_tensors import Style, expand_batch
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backend that needs no display
@@ -80,7 +80,7 @@ def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], looks: Mapping[
         own = clip_style(model, features)
         batch = model.normalize(torch.from_numpy(_whole_windows(features).astype(np.float32)))
         with torch.inference_mode():
-            answer, _ = model(batch, *(for_batch(style, batch.shape[1]) for style in (_mean(looks), own.features)))
+            answer, _ = model(batch, *(expand_batch(style, batch.shape[1]) for style in (_mean(looks), own.features)))
             answer = model.restore(answer).double().numpy()
         seen = clips[name][:len(answer) * WINDOW * STRIDE:STRIDE]
         pose = as_pose(seen)

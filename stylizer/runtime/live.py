@@ -32,12 +32,12 @@ from stylizer.runtime.pose_delta import (
     rotations_of_delta,
     unwrap,
 )
-from stylizer.runtime.style_mixer import BODY, Wearer
+from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.styles.bank import Bank
 from stylizer.styles.own_style import OWN
 from stylizer.styles.stride_residual import played
-from stylizer.systems.motion_puzzle.fast_inference import live_form
-from stylizer.systems.motion_puzzle.style_tensors import Style, joined, put
+from stylizer.systems.motion_puzzle.fast_inference import inference_form
+from stylizer.systems.motion_puzzle.style_tensors import Style, cat_batch, write_slot
 
 GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
 KEPT = 6  # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
@@ -62,7 +62,7 @@ class LiveStylizer:
 
     def _prepare(self) -> None:
         """What the network needs before it is evaluated."""
-        self._network = live_form(self.bank.model)
+        self._network = inference_form(self.bank.model)
         self._kept: dict[tuple, tuple[list[Style], Style]] = {}  # by who is evaluated: each one's style, and those side by side
 
     def crowd(self, count: int) -> "LiveStylizer":
@@ -90,7 +90,7 @@ class LiveStylizer:
     def restart(self) -> None:
         """Back to before the first step: nothing is worn."""
         count = int(np.prod(self._leading))
-        self.wearers = [Wearer(self.PERIOD, one % self.PERIOD) for one in range(count)]
+        self.mixers = [StyleMixer(self.PERIOD, one % self.PERIOD) for one in range(count)]
         self.inertializer = Inertializer(self._leading)
         self.frame = 0
         self._styled = np.zeros((*self._leading, len(PART_NAMES)))  # how far each part wears another style than its own
@@ -110,9 +110,9 @@ class LiveStylizer:
         styles = style if self._leading else (style,)
         for name in {name for each in styles for worn in each.values() for name in names(worn)}:
             self.bank[name]
-        switching = self._together(wearer.step(each) for wearer, each in zip(self.wearers, styles, strict=True))
-        strengths = self._together(wearer.strengths for wearer in self.wearers)
-        self._styled = styled = self._together(wearer.styled for wearer in self.wearers)
+        switching = self._together(mixer.step(each) for mixer, each in zip(self.mixers, styles, strict=True))
+        strengths = self._together(mixer.strengths for mixer in self.mixers)
+        self._styled = styled = self._together(mixer.styled for mixer in self.mixers)
         self._travel = np.broadcast_to(travel, self._leading).reshape(-1)
         self.frame += 1
         if not strengths.any() and not self.inertializer.gap.any():
@@ -136,15 +136,15 @@ class LiveStylizer:
     def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """What the styles of the legs ask for in each character's gait: speed and playback rate of sim.motion.playback_pace.Pace,
         (...) each, 1 for legs without a style."""
-        asked = [self._pace_of(wearer, gait) for wearer, gait in zip(self.wearers, gaits, strict=True)]
+        asked = [self._pace_of(mixer, gait) for mixer, gait in zip(self.mixers, gaits, strict=True)]
         speed, rate = np.array(asked).reshape(*self._leading, 2).T if self._leading else asked[0]
         return np.asarray(speed), np.asarray(rate)
 
-    def _pace_of(self, wearer: Wearer, gait: str) -> np.ndarray:
+    def _pace_of(self, mixer: StyleMixer, gait: str) -> np.ndarray:
         """(2,) speed and rate for one character: both legs count alike, each as far as it is styled."""
         result = np.ones(2)
         for place in LEG_PARTS:
-            part = wearer.parts[place]
+            part = mixer.parts[place]
             for name, share in ((part.name, 1 - part.share), (part.other, part.share)):
                 if part.strength and share and name != OWN:
                     result += 0.5 * min(part.strength, 1.0) * share * (self._style_pace(name, gait) - 1)
@@ -167,11 +167,11 @@ class LiveStylizer:
         whose style we do not have lets it go."""
         self.bank.refresh()
         self.restart()
-        self.wearers, self.inertializer, self.frame = other.wearers, other.inertializer, other.frame
+        self.mixers, self.inertializer, self.frame = other.mixers, other.inertializer, other.frame
         self._was_worn = other._was_worn
-        for wearer in self.wearers:
-            wearer.keep(self.styles)
-            wearer.period = self.PERIOD
+        for mixer in self.mixers:
+            mixer.keep(self.styles)
+            mixer.period = self.PERIOD
         self.switch()
 
     def reroll(self) -> None:
@@ -180,15 +180,15 @@ class LiveStylizer:
 
     def switch(self) -> None:
         """What parts wear has changed under its name: it is evaluated at once, and the pose glides there."""
-        for wearer in self.wearers:
-            wearer.switch()
+        for mixer in self.mixers:
+            mixer.switch()
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         """What a body part's attention looks at now, of one character: (samples of the window / 2, samples of the style's
         clips), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
         with torch.inference_mode():
             motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            return attention_map(self.bank.model, motion, self.wearers[0].styles(self.bank)[0], PART_NAMES.index(part))
+            return attention_map(self.bank.model, motion, self.mixers[0].styles(self.bank)[0], PART_NAMES.index(part))
 
     def _together(self, values: Iterable[Sequence]) -> np.ndarray:
         """What each character has, as one array (..., n)."""
@@ -208,10 +208,10 @@ class LiveStylizer:
         self._evaluate_decoder(windows)
         count = len(windows)
         raw = self._raw.reshape(2, count, JOINT_COUNT + 1, 3).copy()
-        shares = np.array([wearer.shares for wearer in self.wearers])
+        shares = np.array([mixer.shares for mixer in self.mixers])
         fresh = fresh.reshape(count, -1)
         for which in (FIRST, OTHER):
-            ones = [one for one, wearer in enumerate(self.wearers) if any(wearer.strengths) and self._evaluates(which, wearer)]
+            ones = [one for one, mixer in enumerate(self.mixers) if any(mixer.strengths) and self._evaluates(which, mixer)]
             if not ones:
                 continue
             styled, own = self._in_groups(self._key_poses, windows, ones, which).swapaxes(0, 1)
@@ -225,17 +225,17 @@ class LiveStylizer:
         self._raw = raw.reshape(self._raw.shape)
         return result.reshape(self._raw.shape[1:])
 
-    def _evaluates(self, which: int, wearer: Wearer) -> bool:
+    def _evaluates(self, which: int, mixer: StyleMixer) -> bool:
         """Whether a character's FIRST or OTHER styles are evaluated by themselves."""
-        return which == FIRST or (self.BLENDS and any(wearer.shares))
+        return which == FIRST or (self.BLENDS and any(mixer.shares))
 
     def _counting(self, ones: list[int]) -> np.ndarray:
         """(n, 5) how far each part changes at all: not where it wears the own style; and legs that side-step keep the
         controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
         result = np.ones((len(ones), len(PART_NAMES)))
         for place, one in enumerate(ones):
-            side, forward, _ = np.abs(self.wearers[one].root_velocities[BODY])
-            for part, wears in enumerate(self.wearers[one].parts):
+            side, forward, _ = np.abs(self.mixers[one].root_velocities[BODY])
+            for part, wears in enumerate(self.mixers[one].parts):
                 if wears.name == wears.other == OWN:
                     result[place, part] = 0.0
                 elif part in LEG_PARTS and side > forward and not self._side_steps(wears.name):
@@ -249,10 +249,10 @@ class LiveStylizer:
     def _with_residual(self, turns: np.ndarray, strengths: np.ndarray) -> np.ndarray:
         """Rotations (..., 21, 4) with what of the styles' movement is not locked to the stride on top, in its own time."""
         loops = [[(self.bank[part.name].gait.residual, 1 - part.share), (self.bank[part.other].gait.residual, part.share)]
-                 if part.strength else () for wearer in self.wearers for part in wearer.parts]
+                 if part.strength else () for mixer in self.mixers for part in mixer.parts]
         if not any(loop is not None and share for loops_of_part in loops for loop, share in loops_of_part):
             return turns
-        result = np.zeros((len(self.wearers), JOINT_COUNT, 3))
+        result = np.zeros((len(self.mixers), JOINT_COUNT, 3))
         for place, loops_of_part in enumerate(loops):
             one, part = divmod(place, len(PART_NAMES))
             for loop, share in loops_of_part:
@@ -267,18 +267,18 @@ class LiveStylizer:
 
         Until it is evaluated again its part goes from where it is to what it says in equal steps: a little lag for a fraction of
         the work, and windows that interleave (their samples are two frames apart) do not tremble against each other."""
-        due = [one for one, wearer in enumerate(self.wearers) if wearer.due()]
+        due = [one for one, mixer in enumerate(self.mixers) if mixer.due()]
         newest, now = self._decoded
-        for one, wearer in enumerate(self.wearers):
-            if any(wearer.strengths) and wearer.moving:
-                wearer.move(*self._root_velocities(windows[[one]], [one])[:, 0])
+        for one, mixer in enumerate(self.mixers):
+            if any(mixer.strengths) and mixer.moving:
+                mixer.move(*self._root_velocities(windows[[one]], [one])[:, 0])
         for which in (FIRST, OTHER):
-            ones = [one for one in due if self._evaluates(which, self.wearers[one])]
+            ones = [one for one in due if self._evaluates(which, self.mixers[one])]
             if ones:
                 newest[which, ones] = self._in_groups(self._decoder, windows, ones, which)
-        jumps = [one for one in due if self.wearers[one].changed]
+        jumps = [one for one in due if self.mixers[one].changed]
         now[:, jumps] = newest[:, jumps]
-        left = np.array([max(wearer.period - wearer.waited, 1) for wearer in self.wearers])[:, None, None]
+        left = np.array([max(mixer.period - mixer.waited, 1) for mixer in self.mixers])[:, None, None]
         now += (newest - now) / left
 
     def _in_groups(self, evaluate: Callable, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
@@ -307,9 +307,9 @@ class LiveStylizer:
 
     def _styles(self, ones: list[int], which: int) -> tuple[Style, Style]:
         """What these characters wear and their own style, each side by side along the batch."""
-        wearers = [self.wearers[one] for one in ones]
-        return (self._side_by_side(ones, which, [wearer.styles(self.bank)[which] for wearer in wearers]),
-                self._side_by_side(ones, OWN, [wearer.own(self.bank) for wearer in wearers]))
+        mixers = [self.mixers[one] for one in ones]
+        return (self._side_by_side(ones, which, [mixer.styles(self.bank)[which] for mixer in mixers]),
+                self._side_by_side(ones, OWN, [mixer.own(self.bank) for mixer in mixers]))
 
     def _side_by_side(self, ones: list[int], kind: int | str, styles: list[Style]) -> Style:
         """Styles of characters along the batch, put together once and kept until one of them changes."""
@@ -317,12 +317,12 @@ class LiveStylizer:
             return styles[0]
         key = (kind, *ones)
         before, result = self._kept.pop(key, (styles, None))
-        result = result or joined(styles)
+        result = result or cat_batch(styles)
         for place, (style, old) in enumerate(zip(styles, before)):
             if style is not old:
-                put(style, result, place)
+                write_slot(style, result, place)
         self._kept[key] = styles, result
-        if len(self._kept) > 2 * KEPT * (1 + len(self.wearers) // GROUP):
+        if len(self._kept) > 2 * KEPT * (1 + len(self.mixers) // GROUP):
             del self._kept[next(iter(self._kept))]
         return result
 

@@ -36,7 +36,7 @@ from stylizer.styles.encoding import encode
 from stylizer.styles.style_clips import SHORTEST, StyleClips, single
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import Style, interpolated, side_by_side
+from stylizer.systems.motion_puzzle.style_tensors import Style, interpolated, stack_parts
 from stylizer.systems.whole_body import WholeBody, answers, joints_by_code, together
 
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
@@ -133,7 +133,7 @@ def worn(own: StyleClips, looks: Mapping[str, Look], root_velocities: np.ndarray
     first = [id(looks[part].style) if part in looks else id(own) for part in PART_NAMES]
     other = [id(looks[part].other or looks[part].style) if part in looks else id(own) for part in PART_NAMES]
     shares = [looks[part].share if part in looks else 0.0 for part in PART_NAMES]
-    first, other = (side_by_side([at[key] for key in keys]) for keys in (first, other))
+    first, other = (stack_parts([at[key] for key in keys]) for keys in (first, other))
     return interpolated(first, other, shares), at[id(own)]
 
 

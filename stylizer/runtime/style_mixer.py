@@ -10,7 +10,7 @@ from sim.motion.clip import FPS
 from sim.style_spec import Worn
 from stylizer.styles.bank import Bank
 from stylizer.styles.own_style import OWN
-from stylizer.systems.motion_puzzle.style_tensors import Style, side_by_side
+from stylizer.systems.motion_puzzle.style_tensors import Style, stack_parts
 
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 GONE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
@@ -20,7 +20,7 @@ BODY, NEUTRAL = 0, 1  # whose root velocity
 DT = 1 / FPS
 
 
-class Wearer:
+class StyleMixer:
     """A character's five parts. The network is evaluated every `period` frames, and at once where a part changes its style."""
 
     def __init__(self, period: int, turn: int = 0) -> None:
@@ -115,7 +115,7 @@ class Wearer:
         before, result = self._parts.get(key, (styles, {}))
         changed = [level for level in styles[0] if level not in result
                    or any(style[level] is not old[level] for style, old in zip(styles, before))]
-        result = result | side_by_side([{level: style[level] for level in changed} for style in styles])
+        result = result | stack_parts([{level: style[level] for level in changed} for style in styles])
         self._parts = dict([*self._parts.items()][-PARTS_KEPT:]) | {key: (styles, result)}
         return result
 

@@ -11,7 +11,7 @@ from sim.body.pose import Pose
 from sim.motion.features import STRIDE
 from sim.style_spec import Worn
 from stylizer.runtime.live import LiveStylizer
-from stylizer.runtime.style_mixer import BODY, Wearer
+from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.systems.whole_body import answers, joints_by_code, together
 
 
@@ -54,18 +54,18 @@ class WholeBodyStylizer(LiveStylizer):
 
     def _decoder(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         past = np.stack([sample.reshape(-1, *sample.shape[-2:])[ones] for sample in list(self._past)[::STRIDE]], axis=1)
-        return np.stack([self._last(of_one, self.wearers[one]) for of_one, one in zip(past, ones)])
+        return np.stack([self._last(of_one, self.mixers[one]) for of_one, one in zip(past, ones)])
 
     def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """These systems have no key poses."""
         return windows[:, [-1, -1]]
 
-    def _last(self, past: np.ndarray, wearer: Wearer) -> np.ndarray:
+    def _last(self, past: np.ndarray, mixer: StyleMixer) -> np.ndarray:
         """By how much the last sample (21, 15) of a character's past (T, 21, 15) changes, each part as the answer in its own
         style says. These systems make the whole pose, so there is no own style to take off: what they answer in it tells less."""
         model = self.bank.model
-        joints = joints_by_code([(part.name, part.other, part.share) if part.strength else None for part in wearer.parts])
-        codes = torch.stack([self._code(wearer.root_velocities[BODY], *look) for look in joints])
+        joints = joints_by_code([(part.name, part.other, part.share) if part.strength else None for part in mixer.parts])
+        codes = torch.stack([self._code(mixer.root_velocities[BODY], *look) for look in joints])
         window = np.concatenate([past, past[-1:].repeat(model.HELD_BEHIND, axis=0)])
         styled = answers(model, window[None], codes, last=1 + model.HELD_BEHIND)[:, 0]
         return together(past[-1], dict(zip(joints, styled)), joints) - past[-1]

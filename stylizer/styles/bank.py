@@ -17,7 +17,7 @@ from stylizer.networks.layers import PartStyle
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips, movements_in
-from stylizer.styles.style_file import FORMAT, checked, kept_gait, kept_motion, kept_windows, write
+from stylizer.styles.style_file import FORMAT, checked, read_gait, read_own_motion, read_windows, write
 
 BUNDLED = Path(__file__).parents[1] / "styles"
 NAME_LENGTH = 40
@@ -44,7 +44,7 @@ class Bank:
         self.name = weights_name
         self.model, self.fingerprint = weights.load(weights_name)
         self.bundled, self.user = bundled, user or user_folder()
-        self.own_motion = kept_motion(bundled / f"{OWN}.safetensors")
+        self.own_motion = read_own_motion(bundled / f"{OWN}.safetensors")
         self._styles = self._bundled_styles()
         self.refresh()
 
@@ -142,12 +142,12 @@ class Bank:
 
     def _read(self, path: Path) -> StyleClips:
         header, tensors = checked(path)
-        gait = kept_gait(header, tensors)
+        gait = read_gait(header, tensors)
         if header["format"] != FORMAT or any(header.get(key) != value for key, value in self._made_for.items()):
             if "windows" not in tensors or path.stem == OWN:
                 raise ValueError(f"{path} was computed for other weights of stylizer or controller: "
                                  "reinstall Patchwalk or train again")
-            windows = kept_windows(tensors)
+            windows = read_windows(tensors)
             kept = {key: header[key] for key in ("licence", "source")}
             write(path, header["name"], encode_clips(self.model, windows, gait, self.own_motion), kept | self._made_for, windows)
             return self._read(path)

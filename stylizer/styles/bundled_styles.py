@@ -11,7 +11,7 @@ from stylizer.styles import own_style
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, Movement, movements_in
-from stylizer.styles.style_file import kept_motion, write
+from stylizer.styles.style_file import read_own_motion, write
 
 FOLDER = Path(__file__).parents[1] / "styles"
 BANDAI = "CC BY-NC 4.0 (Bandai Namco Research Inc.)"
@@ -38,7 +38,7 @@ def build(weights_name: str, weights_folder: Path, data_dir: Path, out_dir: Path
     """Computes with the given weights the own style, which needs no data, and every style of CLIPS whose first clip lies under
     data_dir; returns their names."""
     model, fingerprint = weights.load(weights_name, weights_folder)
-    own = kept_motion(FOLDER / f"{OWN}.safetensors")
+    own = read_own_motion(FOLDER / f"{OWN}.safetensors")
     own_style.write(Path(out_dir), own, model, fingerprint)
     written = [OWN]
     for name, (clips, licence) in CLIPS.items():

@@ -19,7 +19,7 @@ from stylizer.styles.bank import BUNDLED, Bank
 from stylizer.styles.bundled_styles import CLIPS, find_clip, without_ends
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips, movements_in, no_cycles, style_windows
-from stylizer.styles.style_file import checked, gait_from, gait_tensors, kept_gait, kept_motion, kept_windows, write
+from stylizer.styles.style_file import checked, gait_from, gait_tensors, read_gait, read_own_motion, read_windows, write
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
 FOLDER = "codes"  # in a folder of styles: one file a network, all its codes in it
@@ -34,7 +34,7 @@ def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> 
     """Writes the codes of the own style, which needs no data, and of every style of `bundled.CLIPS` whose first clip lies under
     data_dir, into out_dir/codes/network.safetensors; returns their names."""
     model, fingerprint = weights.load(network, weights_folder)
-    own = kept_motion(BUNDLED / f"{OWN}.safetensors")
+    own = read_own_motion(BUNDLED / f"{OWN}.safetensors")
     styles = {OWN: encode_codes(model, own.windows, own.gait, [OWN] * len(own.windows))}
     speeds, licences = {OWN: velocity_factor(np.concatenate(own.windows))}, {ARCHIVES[CONTROLLER]}
     for name, (clips, licence) in CLIPS.items():
@@ -159,9 +159,9 @@ class CodeBank(Bank):
         header, tensors = checked(path)
         if "windows" not in tensors:
             raise ValueError(f"{path} keeps no motion, which the {self.name} stylizer needs: add the style again")
-        windows = [each.astype(np.float32) for each in kept_windows(tensors)]
+        windows = [each.astype(np.float32) for each in read_windows(tensors)]
         self._speeds[path.stem] = velocity_factor(windows[0])
-        return encode_codes(self.model, windows, kept_gait(header, tensors), [None] * len(windows))
+        return encode_codes(self.model, windows, read_gait(header, tensors), [None] * len(windows))
 
     @torch.inference_mode()
     def _read_points(self, path: Path) -> StyleClips:

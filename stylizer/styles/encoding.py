@@ -12,7 +12,7 @@ from stylizer.networks.layers import PartStyle
 from stylizer.styles.style_clips import BODY, Gait, OwnMotion, StyleClips
 from stylizer.systems.motion_puzzle.config import KEY_POSES
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import joined
+from stylizer.systems.motion_puzzle.style_tensors import cat_batch
 
 FAR_APART = 0.5  # of the area that the two axes of a joint, halfway between two clips, span where the clips agree
 TOKEN_WINDOWS = 3  # windows of a clip that attention looks at: as many for every clip, so that different styles stack
@@ -34,7 +34,7 @@ def encode_clips(model: MotionPuzzle, windows: Sequence[np.ndarray], gait: Gait,
     """A style from the windows (m, WINDOW, 21, 15) of each of its clips.
 
     own: the motion that will wear it, to whose strides its key poses are fitted; None for that motion's own style."""
-    style = StyleClips(joined([encode(model, each) for each in windows]), gait)
+    style = StyleClips(cat_batch([encode(model, each) for each in windows]), gait)
     return refit_clips(model, style, own) if own else style
 
 
@@ -47,7 +47,7 @@ def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> Style
     for place, (name, cycle) in enumerate(zip(style.gait.movements, style.gait.cycles)):
         clip = PartStyle(*(t[:, place:place + 1] for t in style.features[KEY_POSES]))
         key_poses.append(_fitted_to(model, clip, cycle, *strides[name]) if cycle.any() and strides[name] else clip)
-    fitted = joined([{KEY_POSES: clip} for clip in key_poses])[KEY_POSES]
+    fitted = cat_batch([{KEY_POSES: clip} for clip in key_poses])[KEY_POSES]
     return StyleClips(style.features | {KEY_POSES: _reconciled(model, fitted, style.gait)}, style.gait)
 
 

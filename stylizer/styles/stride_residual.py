@@ -27,7 +27,7 @@ def stride_residual(features: np.ndarray) -> np.ndarray | None:
     if len(features) < SHORTEST_LOOP * FPS:
         return None
     axes, phase = features[..., LAYOUT["rotation"]], stride_phase(features)
-    locked = locked_part(axes, None) if phase is None else cycle_at(steadied(fit_cycle(axes, phase)), phase)
+    locked = stride_locked_part(axes, None) if phase is None else cycle_at(steadied(fit_cycle(axes, phase)), phase)
     turns = rot.to_rotation_vector(rot.multiply(rot.from_6d(axes[:, JOINTS]), rot.inverse(rot.from_6d(locked[:, JOINTS]))))
     loop = np.zeros((len(features), JOINT_COUNT, 3))
     loop[:, JOINTS] = rot.unwrap(turns)
@@ -35,7 +35,7 @@ def stride_residual(features: np.ndarray) -> np.ndarray | None:
     return gaussian_filter1d(_closed(loop[::STRIDE][:round(LONGEST_LOOP * FPS / STRIDE)]), SMOOTHING, axis=0, mode="wrap")
 
 
-def locked_part(signal: np.ndarray, phase: np.ndarray | None) -> np.ndarray:
+def stride_locked_part(signal: np.ndarray, phase: np.ndarray | None) -> np.ndarray:
     """Of a signal (frames, ...) what repeats with the stride phase (frames,); its mean where there is none."""
     if phase is None:
         return np.broadcast_to(signal.mean(axis=0), signal.shape)

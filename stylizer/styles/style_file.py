@@ -57,31 +57,31 @@ def gait_from(tensors: dict[str, torch.Tensor], movements: Sequence[str], prefix
     return Gait(tuple(movements), *(tensors[prefix + key].double().numpy() for key in GAIT_NUMBERS), residual)
 
 
-def kept_windows(tensors: dict[str, torch.Tensor]) -> list[np.ndarray]:
+def read_windows(tensors: dict[str, torch.Tensor]) -> list[np.ndarray]:
     """Of each clip the windows (m, WINDOW, 21, 15) that a style file was computed from, of a file that keeps them."""
     windows = tensors["windows"].numpy().reshape(-1, WINDOW, JOINT_COUNT, FEATURES)
     counts = tensors.get("windows_of_clip", torch.tensor([len(windows)])).tolist()
     return np.split(windows, np.cumsum(counts)[:-1])
 
 
-def kept_gait(header: dict[str, str], tensors: dict[str, torch.Tensor]) -> Gait:
+def read_gait(header: dict[str, str], tensors: dict[str, torch.Tensor]) -> Gait:
     """What a style file says of its clips' gait; of a file of the former format, what its windows show."""
     if header["format"] == FORMER_FORMAT:
-        windows = [w.astype(np.float32) for w in kept_windows(tensors)]
+        windows = [w.astype(np.float32) for w in read_windows(tensors)]
         movements = [Movement("walk", w, w.reshape(-1, JOINT_COUNT, FEATURES)[:1], (0.0, 0.0)) for w in windows]
         gait = Gait.of(movements)
         return gait._replace(movements=tuple(map(movement_of, gait.root_velocities)))
     return gait_from(tensors, json.loads(header["movements"]))
 
 
-def kept_motion(path: Path) -> OwnMotion:
+def read_own_motion(path: Path) -> OwnMotion:
     """The controller's motion that the file of the own style holds. Raises ValueError for a file without it."""
     header, tensors = checked(path)
     if "phases" not in tensors:
         raise ValueError(f"{path} does not hold the controller's motion: run 'patchwalk styles capture', or reinstall Patchwalk")
-    windows = kept_windows(tensors)
+    windows = read_windows(tensors)
     phases = np.split(tensors["phases"].double().numpy(), np.cumsum([len(each) for each in windows])[:-1])
-    return OwnMotion(windows, phases, kept_gait(header, tensors), header.get("controller", ""))
+    return OwnMotion(windows, phases, read_gait(header, tensors), header.get("controller", ""))
 
 
 def checked(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:

@@ -18,7 +18,7 @@ from stylizer.styles.code_bank import FOLDER, encode_codes
 from stylizer.styles.encoding import refit_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import OwnMotion, StyleClips
-from stylizer.styles.style_file import checked, gait_tensors, kept_gait, kept_motion, write
+from stylizer.styles.style_file import checked, gait_tensors, read_gait, read_own_motion, write
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
@@ -40,7 +40,7 @@ def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]
             raise ValueError(f"{path} was made by another version of Patchwalk: reinstall it or train again")
 
     own_style.write(out_dir, own, model, fingerprint)
-    own = kept_motion(out_dir / f"{OWN}.safetensors")  # as every later reader finds it: the file keeps half precision
+    own = read_own_motion(out_dir / f"{OWN}.safetensors")  # as every later reader finds it: the file keeps half precision
     for path, file in puzzle.items():
         _write_style(out_dir / path.name, model, own, *file)
     for path, file in codes.items():
@@ -53,7 +53,7 @@ def _write_style(path: Path, model: MotionPuzzle, own: OwnMotion, header: dict[s
     """A style of Motion Puzzle, given as its file for another controller."""
     features = {level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
                 for level in model.config.styled}
-    style = refit_clips(model, StyleClips(features, kept_gait(header, tensors)), own)
+    style = refit_clips(model, StyleClips(features, read_gait(header, tensors)), own)
     kept = {key: header[key] for key in ("weights", "licence", "source")}
     write(path, header["name"], style, kept | {"controller": own.controller})
 

@@ -6,7 +6,7 @@ import pytest
 from demo import assemble
 from sim.command import Command, Commands
 from stylizer.runtime.live import LiveStylizer
-from stylizer.runtime.style_mixer import Wearer
+from stylizer.runtime.style_mixer import StyleMixer
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def test_each_of_a_crowd_does_what_it_would_do_alone(session):
     together = [crowd.step(Commands(each)) for each in commands]
     for one in script:
         session.restart()
-        session.stylizer.wearers = [Wearer(LiveStylizer.PERIOD, one % LiveStylizer.PERIOD)]
+        session.stylizer.mixers = [StyleMixer(LiveStylizer.PERIOD, one % LiveStylizer.PERIOD)]
         for each, frames in zip(commands, together, strict=True):
             alone = session.step(each[one])
             np.testing.assert_allclose(frames.styled[one].positions, alone.styled.positions, atol=1e-4)

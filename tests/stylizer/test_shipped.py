@@ -114,7 +114,7 @@ def test_a_crowd_at_its_own_paces_does_what_each_would_do_alone(session):
     together = [crowd.step(Commands([Command(c.move, c.face, c.gait, style, True) for style in styles])) for c in script]
     for one, style in enumerate(styles):
         session.restart()
-        session.stylizer.wearers[0].__init__(session.stylizer.PERIOD, one % session.stylizer.PERIOD)
+        session.stylizer.mixers[0].__init__(session.stylizer.PERIOD, one % session.stylizer.PERIOD)
         for c, frame in zip(script, together, strict=True):
             alone = session.step(Command(c.move, c.face, c.gait, style, True))
             np.testing.assert_allclose(frame.neutral[one].positions, alone.neutral.positions, atol=2e-4)

@@ -31,7 +31,7 @@ def known_way(way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return forward, share * smooth_step(np.sqrt(over_floor), *STANDING)
 
 
-class Translation(nn.Module):
+class DirectionTransfer(nn.Module):
     """From one way to another: what is added to every number of a part's mean, and by what its movement is multiplied."""
 
     def __init__(self, body: int, part: int) -> None:

@@ -20,7 +20,7 @@ UPPER = np.array([not name.endswith("leg") for name in PARTS])  # of the parts: 
 KEPT = 16  # styles whose numbers are kept at hand
 
 
-class LiveForm:
+class TorchInference:
     """A network in two halves, for the live stylizer: its decoder, which looks at half a second, and its key poses, which look at
     one pose. Both say what features (batch, 21, 15) are in a style, and what they are in their own."""
 
@@ -67,12 +67,12 @@ def known_by_part(known: np.ndarray) -> np.ndarray:
     return np.where(UPPER[:, None, None], known, 1.0).astype(np.float32)
 
 
-def live_form(model: MotionPuzzle) -> "LiveForm | LastSample":
+def inference_form(model: MotionPuzzle) -> "TorchInference | FastInference":
     """The quick one for a network of the shape that is shipped; another answers for itself."""
-    return LastSample(model) if LastSample.fits(model.config) else LiveForm(model)
+    return FastInference(model) if FastInference.fits(model.config) else TorchInference(model)
 
 
-class LastSample:
+class FastInference:
     """A network of the shape that is shipped, made for speed."""
 
     def __init__(self, model: MotionPuzzle) -> None:
@@ -96,7 +96,7 @@ class LastSample:
                 and config.relative and config.decodes)
 
     def decoded(self, windows: np.ndarray, style: Style, own: Style) -> np.ndarray:
-        """As LiveForm.decoded."""
+        """As TorchInference.decoded."""
         motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
         looks = [self._seen(style), self._seen(own)]
         said = self.way(motion) if self.way else {3: (0.0, 0.0), 2: (0.0, 0.0)}
@@ -110,7 +110,7 @@ class LastSample:
 
     def key_poses(self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style,
                   own: Style) -> tuple[np.ndarray, np.ndarray]:
-        """As LiveForm.key_poses."""
+        """As TorchInference.key_poses."""
         if not self.moments:
             return poses, poses
         normalized = ((poses - self.mean) / self.deviation).astype(np.float32)

@@ -18,7 +18,7 @@ from sim.body.skeleton import JOINT_COUNT, PARTS
 from stylizer.networks.graph import LEVELS
 from stylizer.networks.layers import Parts, PartStyle, leaky
 from stylizer.systems.motion_puzzle.direction_transfer import CODE as STYLE_CODE
-from stylizer.systems.motion_puzzle.direction_transfer import LEAST, ROOT, ROOT_SIZE, Translation
+from stylizer.systems.motion_puzzle.direction_transfer import LEAST, ROOT, ROOT_SIZE, DirectionTransfer
 
 BODY = slice(0, ROOT.start)  # all but the way over the floor, which is the content's
 HIDDEN, CODE = 96, 16  # units of the network that tells moments, and of the code it tells them by
@@ -31,8 +31,8 @@ RIDGE = 0.03  # how much dearer it is to change a moment that is never told than
 
 
 class Fields(NamedTuple):
-    """Where in the scale of a clip's key poses what lies: statistics of every number, what `Translation` says of the clip on its
-    own way, that mean way over the floor, and the style's code."""
+    """Where in the scale of a clip's key poses what lies: statistics of every number, what `DirectionTransfer` says of the clip
+    on its own way, that mean way over the floor, and the style's code."""
 
     mean: slice
     deviation: slice
@@ -55,7 +55,7 @@ class KeyPoses(nn.Module):
         self.fields = Fields(*(slice(*ends) for ends in pairwise(accumulate((0, size, size, 2 * size, ROOT_SIZE, STYLE_CODE)))))
         inputs = JOINT_COUNT * BODY.stop + ROOT_SIZE
         self.hidden, self.code = nn.Linear(inputs, HIDDEN), nn.Linear(HIDDEN, len(PARTS) * CODE)
-        self.translation = Translation(JOINT_COUNT * BODY.stop, size)
+        self.translation = DirectionTransfer(JOINT_COUNT * BODY.stop, size)
         self.moments = nn.Parameter(torch.randn(len(PARTS), moments, CODE))
         self.sharpness = nn.Parameter(torch.zeros(2, len(PARTS), 1, 1, 1))  # logarithms: of a style's poses, of the content's
         self.wary = nn.Parameter(torch.full((len(PARTS), ROOT_SIZE, 1), -1.5))  # logarithms: how little another way is trusted

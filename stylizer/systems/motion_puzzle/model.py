@@ -14,7 +14,7 @@ from stylizer.networks.normalization import Scaled
 from stylizer.systems.motion_puzzle.config import KEY_POSES, RESIDUAL, Config
 from stylizer.systems.motion_puzzle.direction_transfer import ROOT, ROOT_SIZE
 from stylizer.systems.motion_puzzle.key_poses import KeyPoses
-from stylizer.systems.motion_puzzle.style_tensors import Style, joined
+from stylizer.systems.motion_puzzle.style_tensors import Style, cat_batch
 
 
 class ResBlock(nn.Module):
@@ -240,7 +240,7 @@ class MotionPuzzle(Scaled):
         """The decoder's part of `answers`."""
         if not self.config.decodes:
             return [torch.zeros_like(motion[:, :, -(last or motion.shape[2]):])] * len(styles)
-        worn = joined([self.on_way(motion, style) for style in styles])
+        worn = cat_batch([self.on_way(motion, style) for style in styles])
         return list(self.decoder(content.repeat(1, len(styles), 1, 1), worn, last).chunk(len(styles), dim=1))
 
     def on_way(self, motion: Tensor, style: Style) -> Style:

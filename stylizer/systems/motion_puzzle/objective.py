@@ -21,7 +21,7 @@ from stylizer.data.dataset import LATER, STYLE_WINDOW
 from stylizer.networks.blocks import NEWEST, newest
 from stylizer.systems.motion_puzzle.config import KEY_POSES
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import Style, halves, joined, mix_parts
+from stylizer.systems.motion_puzzle.style_tensors import Style, cat_batch, mix_parts, split_batch
 
 LIVELINESS = 2.0  # what a joint's deviation over time counts in `posture`, where its mean counts 1
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics
@@ -80,16 +80,16 @@ def paper_losses(model: MotionPuzzle, inputs: Inputs) -> dict[str, Tensor]:
     """Eq. 15 to 19: source and target rebuilt from their own styles, and both got back by way of the restyled motion."""
     source, target = inputs.source, inputs.target[:, :, -STYLE_WINDOW:]
     wanted = torch.cat([source, target], dim=1)
-    own, other = halves(model.encode_style(wanted))
+    own, other = split_batch(model.encode_style(wanted))
     of_source, of_target = model.content_encoder(wanted).chunk(2, dim=1)
     mixed = mix_parts(own, other, inputs.use_target)
-    both = joined([own, other])
+    both = cat_batch([own, other])
     (rebuilt,) = model.answers(wanted, torch.cat([of_source, of_target], dim=1), [both], both)
     restyled, restyled_whole = model.answers(source, of_source, [mixed, other], own)
     again = model.encode_style(restyled_whole)
     (cycled,) = model.answers(torch.cat([restyled, target], dim=1),
                               torch.cat([model.content_encoder(restyled), of_target], dim=1),
-                              [joined([own, again])], joined([mixed, other]))
+                              [cat_batch([own, again])], cat_batch([mixed, other]))
     return {"reconstruction": (rebuilt - wanted).abs().mean(),
             "cycle": (cycled - wanted).abs().mean(),
             "root": (restyled - source)[..., LAYOUT["root"]].abs().mean(),
@@ -107,10 +107,10 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     motion = torch.cat([now, *later], dim=1)
     times = 1 + len(later)
     clips = torch.cat([inputs.own, inputs.target], dim=1)
-    own, other = halves(model.encode_style(clips[:, :, -STYLE_WINDOW:], clips))
+    own, other = split_batch(model.encode_style(clips[:, :, -STYLE_WINDOW:], clips))
     content = model.content_encoder(motion)
     translated = translation(model, own, inputs.source) + translation(model, other, inputs.exemplar)
-    own, mixed = (joined([style] * times) for style in (own, mix_parts(own, other, use_target)))
+    own, mixed = (cat_batch([style] * times) for style in (own, mix_parts(own, other, use_target)))
     rebuilt, restyled = model.answers(motion, content, [own, mixed], own)
     if model.config.relative:
         restyled = motion + (restyled - rebuilt)

@@ -10,7 +10,7 @@ from stylizer.networks.layers import PartStyle
 Style = dict[int, PartStyle]  # by number of the decoder's block
 
 
-def side_by_side(styles: Sequence[Style]) -> Style:
+def stack_parts(styles: Sequence[Style]) -> Style:
     """One style that is the first's in the first of the five body parts, the second's in the second ... (Eq. 5)."""
     return {level: PartStyle(*(torch.stack([getattr(style[level], key)[part] for part, style in enumerate(styles)])
                                for key in PartStyle._fields)) for level in styles[0]}
@@ -23,12 +23,12 @@ def interpolated(first: Style, other: Style, shares: Sequence[float]) -> Style:
                                for a, b in zip(first[level], other[level]))) for level in first}
 
 
-def for_batch(style: Style, size: int) -> Style:
+def expand_batch(style: Style, size: int) -> Style:
     """One style as that of a whole batch, without copies."""
     return {level: PartStyle(*(t.expand(-1, size, *t.shape[2:]) for t in part)) for level, part in style.items()}
 
 
-def put(style: Style, together: Style, place: int) -> None:
+def write_slot(style: Style, together: Style, place: int) -> None:
     """Writes a style over the one at this place of several that lie side by side along the batch."""
     for level, parts in style.items():
         for one, all_of_them in zip(parts, together[level]):
@@ -43,13 +43,13 @@ def mix_parts(own: Style, other: Style, use_other: Tensor) -> Style:
             for level in own}
 
 
-def joined(styles: list[Style]) -> Style:
+def cat_batch(styles: list[Style]) -> Style:
     """Styles of several batches as those of one."""
     return {level: PartStyle(*(torch.cat(ts, dim=1) for ts in zip(*(style[level] for style in styles))))
             for level in styles[0]}
 
 
-def halves(styles: Style) -> tuple[Style, Style]:
+def split_batch(styles: Style) -> tuple[Style, Style]:
     """The styles of the first and of the second half of a batch."""
     size = next(iter(styles.values())).scale.shape[1] // 2
     return tuple({level: PartStyle(*(t[:, half] for t in style)) for level, style in styles.items()}

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from controller.runtime.root_correction import SHARE, Footing
+from controller.runtime.root_correction import SHARE, RootCorrection
 from sim.body.skeleton import CONTACT_JOINTS, JOINT_COUNT
 
 
 def slid(contacts, frames: int = 40, speed: float = 0.01) -> np.ndarray:
     """The root's last step, where it goes forward by `speed` a frame and the feet stay behind it by nothing."""
-    footing, positions = Footing(), np.zeros((JOINT_COUNT, 3))
+    footing, positions = RootCorrection(), np.zeros((JOINT_COUNT, 3))
     for _ in range(frames):
         root = footing.step(np.array([0.0, speed, 0.0]), positions, np.asarray(contacts, float))
     return root
@@ -24,7 +24,7 @@ def test_feet_in_the_air_tell_nothing():
 
 
 def test_feet_that_stand_while_the_root_passes_over_them_change_nothing():
-    footing, positions = Footing(), np.zeros((JOINT_COUNT, 3))
+    footing, positions = RootCorrection(), np.zeros((JOINT_COUNT, 3))
     turn, step = 0.02, np.array([0.003, 0.02, 0.02])
     place = np.array([0.1, 0.0, 0.4])
     for _ in range(30):

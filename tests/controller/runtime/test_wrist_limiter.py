@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controller.runtime.wrist_limiter import FASTEST, HANDS, Wrists
+from controller.runtime.wrist_limiter import FASTEST, HANDS, WristLimiter
 from sim.body.skeleton import JOINT_COUNT, PARENTS
 from sim.math import rotations as rot
 from sim.motion.clip import FPS
@@ -17,14 +17,14 @@ def bent(angle: float) -> np.ndarray:
 
 
 def test_a_hand_that_turns_as_hands_do_is_left_alone():
-    wrists = Wrists()
+    wrists = WristLimiter()
     for angle in np.linspace(0.0, 0.5, 60):
         pose = bent(angle)
         assert wrists.step(pose) is pose
 
 
 def test_a_flip_is_followed_no_faster_than_a_hand_turns_and_taken_back_unseen():
-    wrists = Wrists()
+    wrists = WristLimiter()
     wrists.step(bent(0.0))
     flipped = wrists.step(bent(2.5))
     turned = rot.to_rotation_vector(flipped[HANDS])
@@ -37,7 +37,7 @@ def test_a_flip_is_followed_no_faster_than_a_hand_turns_and_taken_back_unseen():
 
 
 def test_it_is_the_forearm_that_a_hand_turns_against():
-    wrists, pose = Wrists(), bent(0.2)
+    wrists, pose = WristLimiter(), bent(0.2)
     wrists.step(pose)
     whole = rot.multiply(rot.from_yaw(3.0), pose)  # the body spins, hands and all
     np.testing.assert_array_equal(wrists.step(whole), whole)

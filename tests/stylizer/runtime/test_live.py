@@ -14,7 +14,7 @@ from sim.motion.clip import root_frame
 from sim.motion.feature_window import RingBuffer
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.pose_delta import unwrap
-from stylizer.runtime.style_mixer import BODY, Wearer
+from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.styles.stride_residual import played
 from tests.support.walker import walking_clip
 
@@ -30,7 +30,7 @@ def walk():
 def stream(bank, walk, style, turn=0):
     """Styled poses; style is a mapping, or a function of the frame. turn: asked for as one of a crowd is."""
     stylizer, history, styled = LiveStylizer(bank), RingBuffer(), []
-    stylizer.wearers = [Wearer(LiveStylizer.PERIOD, turn)]
+    stylizer.mixers = [StyleMixer(LiveStylizer.PERIOD, turn)]
     for frame, pose in enumerate(walk):
         history.push(pose)
         styled.append(stylizer.step(history.window(), pose, style(frame) if callable(style) else style))
@@ -207,9 +207,9 @@ def test_another_bank_that_takes_over_wears_its_own_styles_under_the_same_names(
             stylizer.take_over(before)
         history.push(pose)
         stylizer.step(history.window(), pose, {"spine": ("other", 1.0)})
-    wearer, spine = stylizer.wearers[0], list(PARTS).index("spine")
-    ours, theirs = (bank[name].at(wearer.root_velocities[BODY]) for name in ("neutral", "other"))
-    (style,) = wearer.styles(stylizer.bank)
+    mixer, spine = stylizer.mixers[0], list(PARTS).index("spine")
+    ours, theirs = (bank[name].at(mixer.root_velocities[BODY]) for name in ("neutral", "other"))
+    (style,) = mixer.styles(stylizer.bank)
     for level, part in style.items():
         assert torch.equal(part.bias[spine], ours[level].bias[spine])
         assert not torch.equal(part.bias[spine], theirs[level].bias[spine])

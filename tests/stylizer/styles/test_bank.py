@@ -161,7 +161,7 @@ def test_a_users_style_of_the_former_format_is_read_and_written_anew(bank):
     header, tensors = style_file.checked(path)
     assert header["format"] == style_file.FORMAT and header["licence"] == "the user's own clip" and header["source"] == "limp.bvh"
     assert header["controller"] == CONTROLLER and header["weights"] == bank.fingerprint
-    np.testing.assert_array_equal(style_file.kept_windows(tensors)[0], windows.astype(np.float16))
+    np.testing.assert_array_equal(style_file.read_windows(tensors)[0], windows.astype(np.float16))
     gait = first["limp"].gait
     assert gait.movements == ("walk",) and gait.root_velocities[0] == pytest.approx((0, SPEED, 0), abs=0.02)
     assert all(torch.isfinite(t).all() for part in first["limp"].features.values() for t in part)

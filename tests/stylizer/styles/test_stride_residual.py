@@ -14,9 +14,9 @@ from stylizer.styles.stride_residual import (
     CROSS_FADE,
     JOINTS,
     LONGEST_LOOP,
-    locked_part,
     played,
     steadied,
+    stride_locked_part,
     stride_residual,
 )
 from tests.support.walker import CYCLE, planted_clip, walking_clip
@@ -105,7 +105,7 @@ def test_a_loop_is_played_at_60_hz_round_and_round():
 
 def test_the_locked_part_without_strides_is_the_mean():
     signal = np.random.default_rng(0).normal(size=(50, 3))
-    np.testing.assert_array_equal(locked_part(signal, None), np.broadcast_to(signal.mean(axis=0), (50, 3)))
+    np.testing.assert_array_equal(stride_locked_part(signal, None), np.broadcast_to(signal.mean(axis=0), (50, 3)))
 
 
 def test_a_joint_that_turns_all_round_in_its_own_time_rests_in_the_cycle():

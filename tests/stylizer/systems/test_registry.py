@@ -25,7 +25,7 @@ from stylizer.styles.code_bank import CodeBank, build
 from stylizer.styles.keypoints_2d import TORSO
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips
-from stylizer.styles.style_file import checked, kept_motion, kept_windows, write
+from stylizer.styles.style_file import checked, read_own_motion, read_windows, write
 from stylizer.systems import diverse, latent, unpaired
 from stylizer.systems import registry as systems
 from stylizer.systems.whole_body import completed, joints_by_code, together
@@ -228,7 +228,7 @@ def poses():
 @pytest.fixture(scope="module")
 def own_file(tmp_path_factory):
     """What the package keeps of the controller's motion, but for three movements only."""
-    motion = kept_motion(BUNDLED / f"{OWN}.safetensors")
+    motion = read_own_motion(BUNDLED / f"{OWN}.safetensors")
     few = [motion.gait.movements.index(name) for name in ("stand", "walk_1.3", "run_3.0")]
     gait = Gait(tuple(motion.gait.movements[i] for i in few), *(values[few] for values in motion.gait[1:-1]), None)
     path = tmp_path_factory.mktemp("own") / f"{OWN}.safetensors"
@@ -294,7 +294,7 @@ def test_only_labels_that_a_system_learned_are_asked_of_it_by_chance(bank):
 
 def test_a_user_style_added_for_one_stylizer_is_there_for_motion_puzzle(bank):
     header, tensors = checked(bank.user / "limp.safetensors")
-    (windows,) = kept_windows(tensors)  # of one kind of movement
+    (windows,) = read_windows(tensors)  # of one kind of movement
     assert windows.shape[1:] == (32, 21, 15) and len(windows) > 1
     assert header["weights"] == bank.fingerprint and header["controller"] == bank.controller
 

@@ -40,7 +40,7 @@ def styles(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def rebuilt(styles, tmp_path_factory) -> tuple[Path, style_file.OwnMotion]:
     """Where they were written for a controller that moves a tenth more and is half a stride on, and its motion."""
-    motion = style_file.kept_motion(styles / f"{OWN}.safetensors")
+    motion = style_file.read_own_motion(styles / f"{OWN}.safetensors")
     motion = motion._replace(controller="another", phases=[phase + np.pi for phase in motion.phases],
                              windows=[1.1 * window.astype(np.float32) for window in motion.windows])
     out = tmp_path_factory.mktemp("out") / "styles"
@@ -55,7 +55,7 @@ def test_every_file_is_for_the_new_controller(rebuilt, tmp_path):
         assert bank.controller == "another" and bank.names == (STYLE, OWN)
         np.testing.assert_array_equal(bank[OWN].gait.root_velocities, motion.gait.root_velocities.astype(np.float32))
     assert weights.read(out / f"{STYLE}.safetensors")[0]["controller"] == "another"
-    kept = style_file.kept_motion(out / f"{OWN}.safetensors")
+    kept = style_file.read_own_motion(out / f"{OWN}.safetensors")
     for ours, theirs in zip(kept.windows, motion.windows, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-3, atol=1e-5)
 
@@ -63,7 +63,7 @@ def test_every_file_is_for_the_new_controller(rebuilt, tmp_path):
 def test_own_styles_are_what_the_new_motion_is_encoded_to(rebuilt, styles, tmp_path):
     out, _ = rebuilt
     before, after = (CodeBank(SYSTEM, folder, tmp_path) for folder in (styles, out))
-    own = after.model.encode_style(style_file.kept_motion(out / f"{OWN}.safetensors").windows[3].astype(np.float32), OWN)
+    own = after.model.encode_style(style_file.read_own_motion(out / f"{OWN}.safetensors").windows[3].astype(np.float32), OWN)
     np.testing.assert_allclose(after[OWN].features[3], own, atol=1e-6)
     assert (after[OWN].features - before[OWN].features).abs().max() > 1e-3
     np.testing.assert_array_equal(after[STYLE].features, before[STYLE].features)
@@ -77,7 +77,7 @@ def test_key_poses_follow_the_new_strides_and_the_rest_of_a_style_stays(rebuilt,
             same = np.array_equal(ours, theirs)
             assert same != ((level, field) == (KEY_POSES, "bias")), f"{level} {field}"
     np.testing.assert_array_equal(before.gait.cycles, after.gait.cycles)
-    again = recapture.refit_clips(weights.load()[0], after, style_file.kept_motion(styles / f"{OWN}.safetensors"))
+    again = recapture.refit_clips(weights.load()[0], after, style_file.read_own_motion(styles / f"{OWN}.safetensors"))
     biases = [style.features[KEY_POSES].bias for style in (before, again, after)]
     assert (biases[1] - biases[0]).abs().mean() < 0.5 * (biases[2] - biases[0]).abs().mean(), "and come back with the first ones"
 
@@ -89,7 +89,7 @@ def test_styles_of_other_weights_are_refused_before_anything_is_written(styles, 
     header, tensors = weights.read(path)
     save_file(tensors, path, header | {"weights": "of old"})
     with pytest.raises(ValueError, match="unpaired.safetensors was computed with other stylizer weights"):
-        recapture.rebuild(style_file.kept_motion(styles / f"{OWN}.safetensors"), tmp_path / "out", folder)
+        recapture.rebuild(style_file.read_own_motion(styles / f"{OWN}.safetensors"), tmp_path / "out", folder)
     assert not (tmp_path / "out").exists()
 
 
@@ -105,7 +105,7 @@ def test_the_command_captures_the_shipped_controller(quick, tmp_path, capsys):
     assert cli.main(["styles", "capture", "--out", str(out)]) == 0
     said, wrong = capsys.readouterr()
     assert said.count("\n") == 1 and f"wrote 3 style files into {out}" in said and wrong == ""
-    motion = style_file.kept_motion(out / f"{OWN}.safetensors")
+    motion = style_file.read_own_motion(out / f"{OWN}.safetensors")
     assert motion.controller == controller_weights.fingerprint() and motion.gait.movements == ("stand", "walk_1.0")
     np.testing.assert_allclose(motion.gait.root_velocities[:, 1], [0.0, 1.0], atol=0.05)
 
@@ -131,4 +131,5 @@ def test_training_a_controller_ends_with_its_own_style(quick, tmp_path, monkeypa
     first, last = capsys.readouterr().out.splitlines()
     assert first == f"wrote {out / 'pfnn.safetensors'}" and f"captured the own style from the controller in {out}" in last
     trained = controller_weights.fingerprint(folder=out)
-    assert style_file.kept_motion(out / "styles" / f"{OWN}.safetensors").controller == trained != controller_weights.fingerprint()
+    captured = style_file.read_own_motion(out / "styles" / f"{OWN}.safetensors").controller
+    assert captured == trained != controller_weights.fingerprint()

@@ -8,9 +8,9 @@ import torch
 
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.motion_puzzle.direction_transfer import ROOT
-from stylizer.systems.motion_puzzle.fast_inference import LastSample, LiveForm, live_form
+from stylizer.systems.motion_puzzle.fast_inference import FastInference, TorchInference, inference_form
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import for_batch, joined, side_by_side
+from stylizer.systems.motion_puzzle.style_tensors import cat_batch, expand_batch, stack_parts
 
 SMALL = {"stem": 8, "channels": (8, 12, 16)}
 
@@ -45,10 +45,10 @@ def network(name, change):
 def test_its_two_halves_are_the_network_up_to_rounding(name, change):
     """Of motion that goes straight on, as fast as its feet say: what the network itself was trained on."""
     model, styles, rng = network(name, change)
-    for looks in ([styles[1]], [styles[1], side_by_side([styles[2]] * 5)]):
-        windows, style, own = rng.normal(size=(len(looks), 16, 21, 15)), joined(looks), for_batch(styles[0], len(looks))
+    for looks in ([styles[1]], [styles[1], stack_parts([styles[2]] * 5)]):
+        windows, style, own = rng.normal(size=(len(looks), 16, 21, 15)), cat_batch(looks), expand_batch(styles[0], len(looks))
         windows[..., ROOT] = np.array([0.0, 1.0, 0.0]) * rng.uniform(0.6, 2.0, size=(len(looks), 16, 1, 1))
-        live, ways = live_form(model), windows[:, :, 0, ROOT].mean(axis=1)
+        live, ways = inference_form(model), windows[:, :, 0, ROOT].mean(axis=1)
         styled, rebuilt = live.key_poses(windows[:, -1], ways, ways, style, own)
         ours = live.decoded(windows, style, own) + styled - rebuilt
         assert np.abs(ours - changed(model, windows, style, own)).max() < 1e-4
@@ -56,17 +56,17 @@ def test_its_two_halves_are_the_network_up_to_rounding(name, change):
         styled, rebuilt = live.key_poses(windows[:, -1], ways, ways, own, own)
         assert styled.shape == rebuilt.shape == windows[:, -1].shape
         assert np.abs(styled - rebuilt).max() < 1e-6, "in their own style, or without key poses"
-    assert LastSample.fits(model.config) == (name in ("slim", "no_key_poses"))
+    assert FastInference.fits(model.config) == (name in ("slim", "no_key_poses"))
 
 
 @pytest.mark.parametrize("name, change", [("slim", {}), ("slim", {"way": 0}), ("no_key_poses", {})])
 def test_the_quick_form_is_the_plain_one_up_to_rounding_whatever_way_the_body_goes(name, change):
     """Backwards, sideways, turning, standing, and at another speed than the neutral motion's."""
     model, styles, rng = network(name, change)
-    quick, plain = live_form(model), LiveForm(model)
-    assert type(quick) is LastSample
+    quick, plain = inference_form(model), TorchInference(model)
+    assert type(quick) is FastInference
     windows = rng.normal(size=(6, 16, 21, 15))
-    style, own = joined([styles[1], styles[2]] * 3), for_batch(styles[0], 6)
+    style, own = cat_batch([styles[1], styles[2]] * 3), expand_batch(styles[0], 6)
     own_ways = np.array([(0, 1.3, 0), (0, -0.8, 0), (0.9, 0.1, 0), (0, 0, 1.5), (0.02, 0.05, 0), (-0.7, 0.7, -0.5)], dtype=float)
     ways = own_ways * np.array([[0.6], [1.0], [1.2], [1.0], [1.0], [0.8]])
     answers = [(form.decoded(windows, style, own), *form.key_poses(windows[:, -1], ways, own_ways, style, own),

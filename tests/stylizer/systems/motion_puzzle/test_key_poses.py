@@ -12,7 +12,7 @@ from stylizer.systems.motion_puzzle.config import KEY_POSES, SLIM
 from stylizer.systems.motion_puzzle.direction_transfer import ROOT
 from stylizer.systems.motion_puzzle.key_poses import BODY, KeyPoses
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import interpolated, joined, mix_parts
+from stylizer.systems.motion_puzzle.style_tensors import cat_batch, interpolated, mix_parts
 from tests.support.walker import walking_clip
 
 
@@ -142,7 +142,7 @@ def test_parts_that_keep_their_own_style_are_not_touched_by_the_others():
 @torch.inference_mode()
 def test_a_joint_that_is_taken_from_another_clip_is_held_and_moves_as_there_and_no_other_does(poses):
     first, other = poses.style_side(clip()), poses.style_side(clip(shift=0.3, scale=1.4))
-    both = joined([{KEY_POSES: first}, {KEY_POSES: other}])[KEY_POSES]
+    both = cat_batch([{KEY_POSES: first}, {KEY_POSES: other}])[KEY_POSES]
     joints = torch.zeros(21, dtype=torch.bool)
     joints[[4, 12, 15]] = True
     mended = poses.take_joints(both, 1, 0, joints)
