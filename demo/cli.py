@@ -15,7 +15,7 @@ COMMANDS = {"replay": replay, "stylize": stylize, "styles": styles, "bench": ben
 USER_ERROR, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 ADVICE = {FileNotFoundError: "check the path", NotADirectoryError: "check the path", IsADirectoryError: "name a file",
           PermissionError: "check its permissions", FileExistsError: "move it away or choose another name"}
-ROOMS = ("sim", "controller", "stylizer", "demo")
+ROOMS = ("sim", "controller", "stylizer", "demo", "patchwalk")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -30,11 +30,15 @@ def build_parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="patchwalk", **_texts(live))
     live.add_arguments(parser)
     parser.set_defaults(run=live.run)
+    before = {action.dest for action in parser._actions if action.default is None}
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND")
     for name, module in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=module.HELP, **_texts(module))
         module.add_arguments(subparser)
         subparser.set_defaults(run=module.run)
+        for action in subparser._actions:  # an option that stands before the command counts for it too
+            if action.dest in before and action.default is None:
+                action.default = argparse.SUPPRESS
     return parser
 
 

@@ -20,7 +20,7 @@ from sim.io import bvh
 from sim.motion.clip import Clip
 from sim.retarget.retarget import load_clip
 from sim.session import Frame, Session
-from sim.style_spec import Worn, decode
+from sim.style_spec import Worn, checked
 from stylizer.runtime import catalogue
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.offline import looks
@@ -44,7 +44,7 @@ def load_stylizer(name: str | None = None) -> LiveStylizer:
 def style(parts: Mapping[str, str | Sequence]) -> dict[str, Worn]:
     """What the body parts wear, from part or group (arms, legs, upper, all) -> a style's name, or (name, strength 0 .. 1.5), or
     (name, strength, other name, share 0 .. 1)."""
-    return decode({part: [wanted, 1.0] if isinstance(wanted, str) else list(wanted) for part, wanted in parts.items()}, {})
+    return checked({part: (wanted, 1.0) if isinstance(wanted, str) else wanted for part, wanted in parts.items()})
 
 
 def stylize(content: Clip, parts: Mapping[str, str | Sequence], stylizer: LiveStylizer) -> Clip:
@@ -56,6 +56,8 @@ def stylize(content: Clip, parts: Mapping[str, str | Sequence], stylizer: LiveSt
 def add_style(stylizer: LiveStylizer, name: str, *paths: str | Path) -> tuple[str, ...]:
     """Learns a style from BVH clips and keeps it in the user's folder; sentences that say which seconds of which file show which
     movement."""
+    if not paths:
+        raise ValueError(f"style '{name}' needs a clip to learn from: name one BVH file or more")
     return stylizer.bank.add([Path(path) for path in paths], name).taken
 
 

@@ -1,24 +1,26 @@
 """What the player asks for in one frame."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Mapping, Sequence
 
 import numpy as np
 
-from sim.style_spec import Worn
+from sim.style_spec import Worn, checked, shown
 
+FULL_STICK = 1.001  # the longest stick: rounding may make a full one longer than 1
 GAIT_SPEEDS = {"walk": 1.3, "run": 3.5}  # metres a second at full stick
 
 
 @dataclass(frozen=True)
 class Command:
-    """One frame of input, in world axes.
+    """One frame of input, in world axes. Raises ValueError, in one sentence, for what is none.
 
     move: (x, z) stick, length at most 1, (0, 0) to stand.
     face: (x, z) wanted facing direction, or None to face where it goes.
     gait: a name of GAIT_SPEEDS.
-    style: body part name -> (style name, strength 0 .. 1.5) or (style name, strength, other style, share 0 .. 1 of the way
-        to the other), for the parts that are restyled; the others keep their own style.
+    style: body part or group name -> (style name, strength 0 .. 1.5) or (style name, strength, other style, share 0 .. 1 of the
+        way to the other), for the parts that are restyled; the others keep their own style.
     pace: whether the styles of the legs set speed, stride and cadence.
     """
 
@@ -27,6 +29,17 @@ class Command:
     gait: str = "walk"
     style: Mapping[str, Worn] = field(default_factory=dict)
     pace: bool = False
+
+    def __post_init__(self) -> None:
+        for name, value in (("move", self.move), ("face", self.face)):
+            if value is not None and not (len(value) == 2 and math.isfinite(value[0]) and math.isfinite(value[1])):
+                raise ValueError(f"{name} is {shown(value)}, but must be two numbers (x, z)")
+        if math.hypot(*self.move) > FULL_STICK:
+            raise ValueError(f"move is {shown(self.move)}, longer than 1, the full stick; scale it down")
+        if self.gait not in GAIT_SPEEDS:
+            raise ValueError(f"gait is {shown(self.gait)}, but must be one of {', '.join(GAIT_SPEEDS)}")
+        if self.style:
+            object.__setattr__(self, "style", checked(self.style))
 
     @property
     def gaits(self) -> tuple[str, ...]:

@@ -36,8 +36,16 @@ def decode(value, before: Mapping[str, Worn]) -> dict[str, Worn]:
     return style
 
 
+def checked(style: Mapping[str, Worn]) -> dict[str, Worn]:
+    """Part -> what it wears, groups such as `arms` replaced by their parts. Raises ValueError, in the sentences of `decode`."""
+    result = {}
+    for target, wanted in style.items():
+        result |= dict.fromkeys(expand_part(target), _decode_one(target, wanted))
+    return result
+
+
 def _decode_one(target: str, wanted) -> Worn:
-    if not (isinstance(wanted, list) and len(wanted) in (2, 4) and all(isinstance(name, str) for name in wanted[::2])
+    if not (isinstance(wanted, (list, tuple)) and len(wanted) in (2, 4) and all(isinstance(name, str) for name in wanted[::2])
             and all(map(is_number, wanted[1::2]))):
         raise ValueError(f'the style of {target} is {shown(wanted)}, but must be ["NAME", STRENGTH], '
                          '["NAME", STRENGTH, "OTHER", SHARE] or null')
@@ -49,10 +57,10 @@ def _decode_one(target: str, wanted) -> Worn:
 
 def is_number(value) -> bool:
     """A finite number; JSON as Python reads it also knows NaN and Infinity."""
-    return type(value) in (int, float) and abs(value) < 1e9
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e9
 
 
 def shown(value) -> str:
     """A value as JSON, cut to a length that fits in a sentence."""
-    text = json.dumps(value)
+    text = json.dumps(value, default=str)
     return text if len(text) <= 40 else text[:37] + "..."

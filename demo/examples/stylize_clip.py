@@ -13,4 +13,6 @@ def main(content: str, style: str, output: str) -> None:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) <= 3:
+        sys.exit(__doc__)
     main(*sys.argv[1:4])

@@ -14,4 +14,6 @@ def main(data: str, out: str, minutes: str = "30") -> None:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) <= 2:
+        sys.exit(__doc__)
     main(*sys.argv[1:4])

@@ -14,7 +14,7 @@ def main() -> None:
         styled = session.step(command).styled
         if frame % FPS == FPS - 1:
             x, _, z = styled.root_position
-            print(f"{(frame + 1) // FPS} s: {x:.2f} m to the left, {z:.2f} m ahead")
+            print(f"{(frame + 1) // FPS} s: {z:.2f} m ahead, {-x:.2f} m to the right")
 
 
 if __name__ == "__main__":

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Iterator
 
 from sim import style_spec as worn
-from sim.command import GAIT_SPEEDS, Command
+from sim.command import FULL_STICK, GAIT_SPEEDS, Command
 from sim.motion.clip import FPS
 from sim.style_spec import is_number, shown
 
 HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
 MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
-FULL_STICK = 1.001  # a stick that rounding made this long is scaled down to length 1
 LAST_BITS = 1e-12  # by which a recorded full stick may be too long: it is left as it is, for the same pose to the last bit
 SMALLEST_FACE = 1e-6  # the length of a facing under which it is no direction
 

@@ -252,7 +252,7 @@ def test_the_menu_takes_the_arrows_and_leaves_the_letters(devices):
 
 def test_the_command_carries_the_style(devices):
     style = {"spine": ("old", 0.5)}
-    assert command_of(devices, style=style).style is style
+    assert command_of(devices, style=style).style == style
 
 
 def test_a_gamepad_comes_steers_and_goes(devices):
