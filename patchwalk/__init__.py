@@ -20,7 +20,7 @@ from sim.io import bvh
 from sim.motion.clip import Clip
 from sim.retarget.retarget import load_clip
 from sim.session import Frame, Session
-from sim.style_spec import Worn, checked
+from sim.style_spec import Worn, expand_style
 from stylizer.runtime import catalogue
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.offline import looks
@@ -44,7 +44,7 @@ def load_stylizer(name: str | None = None) -> LiveStylizer:
 def style(parts: Mapping[str, str | Sequence]) -> dict[str, Worn]:
     """What the body parts wear, from part or group (arms, legs, upper, all) -> a style's name, or (name, strength 0 .. 1.5), or
     (name, strength, other name, share 0 .. 1)."""
-    return checked({part: (wanted, 1.0) if isinstance(wanted, str) else wanted for part, wanted in parts.items()})
+    return expand_style({part: (wanted, 1.0) if isinstance(wanted, str) else wanted for part, wanted in parts.items()})
 
 
 def stylize(content: Clip, parts: Mapping[str, str | Sequence], stylizer: LiveStylizer) -> Clip:

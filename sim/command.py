@@ -6,10 +6,22 @@ from typing import Mapping, Sequence
 
 import numpy as np
 
-from sim.style_spec import Worn, checked, shown
+from sim.style_spec import Worn, expand_style, shown
 
 FULL_STICK = 1.001  # the longest stick: rounding may make a full one longer than 1
 GAIT_SPEEDS = {"walk": 1.3, "run": 3.5}  # metres a second at full stick
+
+
+def check_length(move: Sequence[float]) -> None:
+    """Raises ValueError for a stick (x, z) that is longer than a full one."""
+    if math.hypot(*move) > FULL_STICK:
+        raise ValueError(f"move is {shown(move)}, longer than 1, the full stick; scale it down")
+
+
+def check_gait(gait: object) -> None:
+    """Raises ValueError for what is no name of GAIT_SPEEDS."""
+    if not isinstance(gait, str) or gait not in GAIT_SPEEDS:
+        raise ValueError(f"gait is {shown(gait)}, but must be one of {', '.join(GAIT_SPEEDS)}")
 
 
 @dataclass(frozen=True)
@@ -34,12 +46,10 @@ class Command:
         for name, value in (("move", self.move), ("face", self.face)):
             if value is not None and not (len(value) == 2 and math.isfinite(value[0]) and math.isfinite(value[1])):
                 raise ValueError(f"{name} is {shown(value)}, but must be two numbers (x, z)")
-        if math.hypot(*self.move) > FULL_STICK:
-            raise ValueError(f"move is {shown(self.move)}, longer than 1, the full stick; scale it down")
-        if self.gait not in GAIT_SPEEDS:
-            raise ValueError(f"gait is {shown(self.gait)}, but must be one of {', '.join(GAIT_SPEEDS)}")
+        check_length(self.move)
+        check_gait(self.gait)
         if self.style:
-            object.__setattr__(self, "style", checked(self.style))
+            object.__setattr__(self, "style", expand_style(self.style))
 
     @property
     def gaits(self) -> tuple[str, ...]:

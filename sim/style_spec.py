@@ -36,7 +36,7 @@ def decode(value, before: Mapping[str, Worn]) -> dict[str, Worn]:
     return style
 
 
-def checked(style: Mapping[str, Worn]) -> dict[str, Worn]:
+def expand_style(style: Mapping[str, Worn]) -> dict[str, Worn]:
     """Part -> what it wears, groups such as `arms` replaced by their parts. Raises ValueError, in the sentences of `decode`."""
     result = {}
     for target, wanted in style.items():

@@ -28,11 +28,7 @@ class RealClips:
         """Every clip under a folder of BVH files that training learns from, in the posture that it is learned in. Raises
         ValueError where that leaves nothing to measure against."""
         held_out, idle, ranges = [], [], []
-        try:
-            loaded = load_clips(folder)
-        except ValueError:
-            loaded = ((), ())
-        for path, clip in zip(*loaded):
+        for path, clip in zip(*load_clips(folder)):
             motion = Motion.of_clip(clip)
             idle += [motion[stretch] for stretch in spells(is_idle(motion), IDLE_SECONDS)]
             if is_held_out(path.stem):

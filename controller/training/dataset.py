@@ -20,7 +20,7 @@ from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.clip import FPS, Clip, RootFrame, root_frame
 from sim.motion.contacts import foot_contacts
-from sim.retarget.retarget import load_clip
+from sim.retarget.retarget import clip_of
 
 # Clips that a neutral walker should not learn from: not locomotion, walks in a style of their own, or captures whose feet are
 # broken (CMU 69_35, the ACCAD man's runs: a foot points backward, hips run at knee height). Matched against the path.
@@ -120,7 +120,12 @@ def neutral_files(folder: Path) -> list[Path]:
 
 def load_neutral(path: Path) -> Clip:
     """A clip that can be learned from. Raises OSError, or ValueError saying why it cannot be used."""
-    clip = load_clip(path)
+    return neutral_clip(bvh.read(path), path)
+
+
+def neutral_clip(motion: bvh.Motion, path: Path) -> Clip:
+    """The same of the motion that a file holds."""
+    clip = clip_of(motion, path)
     if len(clip) < MINIMUM_SECONDS * FPS:
         raise ValueError(f"{path.name}: shorter than {MINIMUM_SECONDS} s")
     if not feet_can_be_trusted(clip):
@@ -131,23 +136,22 @@ def load_neutral(path: Path) -> Clip:
 def load_clips(folder: Path, workers: int = 2) -> tuple[list[Path], list[Clip]]:
     """The files of all neutral locomotion under a folder of BVH files, and their clips, all actors in one posture.
 
-    Prints why a file is skipped. Raises ValueError if nothing can be used."""
+    Prints why a file is skipped."""
     with ProcessPoolExecutor(workers) as pool:
         loaded = list(pool.map(_load, neutral_files(folder), chunksize=4))
     for reason in loaded:
         if isinstance(reason, str):
             print(f"skipped {reason}", file=sys.stderr)
     loaded = [each for each in loaded if not isinstance(each, str)]
-    if not loaded:
-        raise ValueError(f"no usable BVH file under '{folder}': put walking, running and standing clips there")
-    paths, clips, actors = zip(*loaded)
-    return list(paths), share_posture(clips, actors)
+    paths, clips, actors = ([each[field] for each in loaded] for field in range(3))
+    return paths, share_posture(clips, actors)
 
 
 def _load(path: Path) -> tuple[Path, Clip, tuple] | str:
     """One file, its clip and its actor, told by folder and skeleton; or the reason why it cannot be used."""
     try:
-        clip, motion = load_neutral(path), bvh.read(path)
+        motion = bvh.read(path)
+        clip = neutral_clip(motion, path)
     except (ValueError, OSError) as error:
         return str(error)
     return path, clip, (path.parent, tuple(motion.names), tuple(np.linalg.norm(motion.offsets, axis=-1).round(2)))
@@ -184,8 +188,7 @@ def typical_speed(clip: Clip) -> float:
 
 def _local_velocity(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
     """The root's velocity (frames, 3) in its own frame, and its speed (frames,)."""
-    root = root_frame(clip.positions())
-    velocity = rot.rotate(rot.from_yaw(-root.facing), np.gradient(root.positions, 1 / FPS, axis=0))
+    velocity = root_frame(clip.positions()).local_velocity()
     return velocity, np.linalg.norm(velocity, axis=-1)
 
 
@@ -199,6 +202,8 @@ def feet_can_be_trusted(clip: Clip) -> bool:
 def load_folder(folder: Path, workers: int = 2) -> Frames:
     """The frames of all neutral locomotion under a folder of BVH files. Raises ValueError if nothing in it can be used."""
     paths, sources = load_clips(folder, workers)
+    if not paths:
+        raise ValueError(f"no usable BVH file under '{folder}': put walking, running and standing clips there")
     with ProcessPoolExecutor(workers) as pool:
         made = list(pool.map(_frames, sources, chunksize=4))
     clips = [(path.stem, frames) for path, each in zip(paths, made) for frames in each]

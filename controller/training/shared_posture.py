@@ -1,7 +1,7 @@
 """One posture for all actors: each actor's upper body is turned, joint by joint, so that it walks in the posture that all share.
 
-Actors carry their shoulders differently, and captures disagree by up to 120 degrees about how far a forearm or a hand is rolled.
-A network that learns them all walks in the posture of whichever actor its last pose resembles: the same walk then looks
+Actors carry their shoulders differently, and captures disagree by a quarter turn and more about how far a forearm or a hand is
+rolled. A network that learns them all walks in the posture of whichever actor its last pose resembles: the same walk then looks
 different after a run than after a stand. Legs keep their capture, because the planted feet depend on them."""
 
 from collections import defaultdict
@@ -11,7 +11,7 @@ from typing import Hashable, Sequence
 import numpy as np
 
 from sim.body.kinematics import to_local
-from sim.body.skeleton import BONE_OFFSETS, INDEX, MIRROR, PART_NAMES, PART_OF_JOINT
+from sim.body.skeleton import BETWEEN_HIPS, MIRROR, PART_NAMES, PART_OF_JOINT
 from sim.math import rotations as rot
 from sim.motion.clip import FPS, MIRROR_QUATERNION, Clip, root_frame
 
@@ -20,7 +20,6 @@ WALK_SPEED = 0.6, 1.6  # metres a second forwards, between which an actor's post
 STRAIGHT = 0.3, 0.5  # metres a second sideways and radians a second of turning that such a walk has at most
 SHORTEST_WALK = 2 * FPS  # frames of it without which an actor's posture is unknown
 MEDIAN_STEPS, NEAR = 50, 0.02  # of Weiszfeld's iteration, and the distance in radians under which two rotations are one
-BETWEEN_HIPS = (BONE_OFFSETS[INDEX["LeftUpLeg"]] + BONE_OFFSETS[INDEX["RightUpLeg"]]) / 2
 
 
 @dataclass(frozen=True)
@@ -34,11 +33,10 @@ class Walk:
 def measure_walk(clip: Clip) -> Walk:
     """How a clip walks."""
     root = root_frame(clip.positions())
-    to_root = rot.from_yaw(-root.facing)
-    velocity = rot.rotate(to_root, np.gradient(root.positions, 1 / FPS, axis=0))
+    velocity = root.local_velocity()
     straight = ((velocity[:, 2] > WALK_SPEED[0]) & (velocity[:, 2] < WALK_SPEED[1]) & (np.abs(velocity[:, 0]) < STRAIGHT[0])
                 & (np.abs(np.gradient(root.facing, 1 / FPS)) < STRAIGHT[1]))
-    rotations = rot.multiply(to_root[straight, None], clip.global_rotations()[straight])
+    rotations = rot.multiply(rot.from_yaw(-root.facing[straight])[:, None], clip.global_rotations()[straight])
     return Walk(rot.to_6d(rotations).sum(axis=0), int(straight.sum()))
 
 
@@ -51,9 +49,9 @@ def share_posture(clips: Sequence[Clip], actors: Sequence[Hashable]) -> list[Cli
                 if sum(walk.frames for walk in each) >= SHORTEST_WALK}
     if len(postures) < 2:
         return list(clips)
-    shared = median_rotations([side for posture in postures.values() for side in (posture, _mirrored(posture))])
+    shared = median_rotations([side for posture in postures.values() for side in (posture, _mirror_posture(posture))])
     turns = {actor: rot.multiply(rot.inverse(posture), shared) for actor, posture in postures.items()}
-    return [_turned(clip, turns[actor]) if actor in turns else clip for clip, actor in zip(clips, actors)]
+    return [_apply_turns(clip, turns[actor]) if actor in turns else clip for clip, actor in zip(clips, actors)]
 
 
 def median_rotations(rotations: Sequence[np.ndarray]) -> np.ndarray:
@@ -78,12 +76,12 @@ def _turns(each: np.ndarray, one: np.ndarray) -> np.ndarray:
     return rot.to_rotation_vector(rot.multiply(each, rot.inverse(one)))
 
 
-def _mirrored(posture: np.ndarray) -> np.ndarray:
+def _mirror_posture(posture: np.ndarray) -> np.ndarray:
     """Rotations (21, 4) with left and right exchanged."""
     return posture[MIRROR] * MIRROR_QUATERNION
 
 
-def _turned(clip: Clip, turns: np.ndarray) -> Clip:
+def _apply_turns(clip: Clip, turns: np.ndarray) -> Clip:
     """The clip with the global rotations of UPPER followed, in each joint's own axes, by turns (21, 4); the point between the
     hip joints, and with it the legs, stay where they are."""
     before = clip.global_rotations()

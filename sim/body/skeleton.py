@@ -35,6 +35,7 @@ INDEX = {name: i for i, name in enumerate(JOINTS)}
 PARENTS = np.array([-1 if parent is None else INDEX[parent] for _, parent, _ in _TABLE])
 BONE_OFFSETS = np.array([offset for _, _, offset in _TABLE])  # (21, 3) metres
 JOINT_COUNT = len(JOINTS)
+BETWEEN_HIPS = (BONE_OFFSETS[INDEX["LeftUpLeg"]] + BONE_OFFSETS[INDEX["RightUpLeg"]]) / 2  # (3,) from the hips, in metres
 
 # ANCESTORS[j, k] is 1 where bone k lies on the chain from the root to joint j (j itself included).
 ANCESTORS = np.eye(JOINT_COUNT)

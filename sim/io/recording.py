@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Iterator
 
 from sim import style_spec as worn
-from sim.command import FULL_STICK, GAIT_SPEEDS, Command
+from sim.command import Command, check_gait, check_length
 from sim.motion.clip import FPS
 from sim.style_spec import is_number, shown
 
@@ -201,9 +201,8 @@ def _fields_of(entry: dict, command: Command) -> dict:
 
 def _read_move(value, _: Command) -> tuple[float, float]:
     move = _pair("move", value)
+    check_length(value)
     length = math.hypot(*move)
-    if length > FULL_STICK:
-        raise ValueError(f"move is {shown(value)}, longer than 1, the full stick; scale it down")
     return (move[0] / length, move[1] / length) if length > 1 + LAST_BITS else move
 
 
@@ -217,8 +216,7 @@ def _read_face(value, _: Command) -> tuple[float, float] | None:
 
 
 def _read_gait(value, _: Command) -> str:
-    if not isinstance(value, str) or value not in GAIT_SPEEDS:
-        raise ValueError(f"gait is {shown(value)}, but must be one of {', '.join(GAIT_SPEEDS)}")
+    check_gait(value)
     return value
 
 

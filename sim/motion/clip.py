@@ -75,6 +75,10 @@ class RootFrame:
     positions: np.ndarray
     facing: np.ndarray
 
+    def local_velocity(self, fps: float = FPS) -> np.ndarray:
+        """(frames, 3) metres a second, as seen along the facing: sideways to the left, 0, forwards."""
+        return rot.rotate(rot.from_yaw(-self.facing), np.gradient(self.positions, 1 / fps, axis=0))
+
 
 def floor_height(positions: np.ndarray, fps: float = FPS) -> float:
     """The floor under a clip, from joint positions (frames, 21, 3): where the lowest joint of the feet is while it stands still.

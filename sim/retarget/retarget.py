@@ -11,7 +11,7 @@ import numpy as np
 
 from sim.body.kinematics import to_local
 from sim.body.limb_ik import LEG_LENGTH
-from sim.body.skeleton import BONE_OFFSETS, INDEX, JOINT_COUNT, JOINTS, PARENTS
+from sim.body.skeleton import BETWEEN_HIPS, JOINT_COUNT, JOINTS, PARENTS
 from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
@@ -25,7 +25,11 @@ def load_clip(path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
 
     name_map: our joint -> theirs (name_maps.load), found from the names when None. Raises OSError, or ValueError in one
     sentence, for a file that cannot be read or mapped."""
-    motion = bvh.read(path)
+    return clip_of(bvh.read(path), path, name_map)
+
+
+def clip_of(motion: bvh.Motion, path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
+    """What `load_clip` makes of the motion that a file holds. Raises ValueError, naming the file, if it cannot be mapped."""
     try:
         clip = retarget(motion, name_map)
     except ValueError as error:
@@ -43,6 +47,5 @@ def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None) -> Clip
                                else rotations[:, PARENTS[joint]])  # what they lack keeps its parent's direction
 
     # The legs carry the body: what is scaled, by leg length, is the point between the hip joints, so that strides fit.
-    between_hips = (BONE_OFFSETS[INDEX["LeftUpLeg"]] + BONE_OFFSETS[INDEX["RightUpLeg"]]) / 2
-    hips = body.between_hips() * (LEG_LENGTH / body.leg_length()) - rot.rotate(rotations[:, 0], between_hips)
+    hips = body.between_hips() * (LEG_LENGTH / body.leg_length()) - rot.rotate(rotations[:, 0], BETWEEN_HIPS)
     return Clip(hips, rot.continuous(to_local(rotations)), motion.fps)

@@ -83,10 +83,10 @@ def judge(kind: str, takes: Sequence[Take], folder: Path, seed: int = 0, tick: C
         torch.manual_seed(seed)
         model = Classifier(sorted({getattr(take, kind) for take in takes}))
     path = folder / f"{kind}-{_fingerprint(model, kind, takes, seed)}.safetensors"
-    return trained_once(model, path, lambda: _train(model, kind, takes, seed, tick), STEPS, tick)
+    return train_once(model, path, lambda: _train(model, kind, takes, seed, tick), STEPS, tick)
 
 
-def trained_once(model: nn.Module, path: Path, train: Callable[[], object], steps: int, tick: Callable[[], object]) -> nn.Module:
+def train_once(model: nn.Module, path: Path, train: Callable[[], object], steps: int, tick: Callable[[], object]) -> nn.Module:
     """The model with the weights of a file, or trained, which takes `steps` steps, and kept there; ready to judge. Calls tick
     once a step either way, `train` doing so itself."""
     if path.exists():

@@ -18,7 +18,7 @@ from torch.nn import functional as F
 from sim.body.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 from sim.motion.features import LAYOUT, STRIDE
 from stylizer.data.style_labels import SAMPLES, SHORTEST, Labelled, Take
-from stylizer.evaluation.classifier import trained_once
+from stylizer.evaluation.classifier import train_once
 
 # Judge: which label it tells, and the joints that it sees. Arms and spine tell a style where no clip shows its legs.
 KINDS = {"style": ("style", np.arange(JOINT_COUNT)), "content": ("content", np.arange(JOINT_COUNT)),
@@ -116,7 +116,7 @@ def _trained(kind: str, judge: Judge, label: str, takes: Sequence[Take], folder:
             DROPOUT, SMOOTHING, NOISE, PACES,
             [(take.path.name, len(take.clip), round(float(take.clip.rotations.sum()), 3)) for take in takes]]
     path = folder / f"{kind}-{hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]}.safetensors"
-    return trained_once(judge, path, lambda: _train(judge, label, takes, tick), STEPS, tick)
+    return train_once(judge, path, lambda: _train(judge, label, takes, tick), STEPS, tick)
 
 
 def _train(judge: Judge, label: str, takes: Sequence[Take], tick: Callable[[], object]) -> None:

@@ -215,7 +215,7 @@ class LiveStylizer:
             if not ones:
                 continue
             styled, own = self._in_groups(self._key_poses, windows, ones, which).swapaxes(0, 1)
-            delta = pose_delta(styled + self._decoded[1, which, ones], own) * self._counting(ones)[:, PART_OF_ROW, None]
+            delta = pose_delta(styled + self._decoded[1, which, ones], own) * self._part_weights(ones)[:, PART_OF_ROW, None]
             before = np.where(fresh[ones][..., None], raw[FIRST, ones] if which == OTHER else 0.0, raw[which, ones])
             raw[which, ones] = unwrap(delta, before)
         blended = np.flatnonzero(shares.any(axis=-1))
@@ -229,7 +229,7 @@ class LiveStylizer:
         """Whether a character's FIRST or OTHER styles are evaluated by themselves."""
         return which == FIRST or (self.BLENDS and any(mixer.shares))
 
-    def _counting(self, ones: list[int]) -> np.ndarray:
+    def _part_weights(self, ones: list[int]) -> np.ndarray:
         """(n, 5) how far each part changes at all: not where it wears the own style; and legs that side-step keep the
         controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
         result = np.ones((len(ones), len(PART_NAMES)))
@@ -270,7 +270,7 @@ class LiveStylizer:
         due = [one for one, mixer in enumerate(self.mixers) if mixer.due()]
         newest, now = self._decoded
         for one, mixer in enumerate(self.mixers):
-            if any(mixer.strengths) and mixer.moving:
+            if any(mixer.strengths) and mixer.updates_styles:
                 mixer.move(*self._root_velocities(windows[[one]], [one])[:, 0])
         for which in (FIRST, OTHER):
             ones = [one for one in due if self._evaluates(which, self.mixers[one])]

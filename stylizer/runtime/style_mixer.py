@@ -44,7 +44,7 @@ class StyleMixer:
     @property
     def styled(self) -> list[float]:
         """Of the five parts: the strength, as far as it is that of another style than the own one."""
-        return [part.strength * part.foreign for part in self.parts]
+        return [part.strength * part.styled_share for part in self.parts]
 
     @property
     def shares(self) -> list[float]:
@@ -82,7 +82,7 @@ class StyleMixer:
         return due
 
     @property
-    def moving(self) -> bool:
+    def updates_styles(self) -> bool:
         """Whether styles are interpolated anew in this frame: midway between two evaluations, for both at once would be twice the
         work of any other frame."""
         return self.changed or self.waited == self.period // 2
@@ -126,7 +126,7 @@ class _Part:
 
     def __init__(self) -> None:
         self.name = self.other = OWN
-        self.strength = self.velocity = self.share = self.share_rate = self.foreign = self.foreign_rate = 0.0
+        self.strength = self.velocity = self.share = self.share_rate = self.styled_share = self.styled_rate = 0.0
 
     def step(self, worn: Worn | None) -> bool:
         """One frame; whether the style was switched. A part let go keeps its style until it has faded."""
@@ -134,13 +134,14 @@ class _Part:
                                         (*worn, self.other, 0.0) if worn else (self.name, 0.0, self.other, self.share))
         switched = name != self.name or (other != self.other and self.share > 0)
         self.name, self.other = name, other
-        foreign = (1 - share) * (name != OWN) + share * (other != OWN)
+        styled_share = (1 - share) * (name != OWN) + share * (other != OWN)
         if switched or not self.strength or abs(share - self.share) < GONE:  # a switch is smoothed, so the share need not be
             self.share, self.share_rate = share, 0.0
-        if not self.strength or abs(foreign - self.foreign) < GONE:
-            self.foreign, self.foreign_rate = foreign, 0.0
+        if not self.strength or abs(styled_share - self.styled_share) < GONE:
+            self.styled_share, self.styled_rate = styled_share, 0.0
         self.share, self.share_rate = spring_step(self.share, self.share_rate, share, STRENGTH_HALFLIFE, DT)
-        self.foreign, self.foreign_rate = spring_step(self.foreign, self.foreign_rate, foreign, STRENGTH_HALFLIFE, DT)
+        self.styled_share, self.styled_rate = spring_step(self.styled_share, self.styled_rate, styled_share,
+                                                          STRENGTH_HALFLIFE, DT)
         switched = switched and self.strength > 0
         self.strength, self.velocity = spring_step(self.strength, self.velocity, strength, STRENGTH_HALFLIFE, DT)
         if strength == 0 and self.strength < GONE:

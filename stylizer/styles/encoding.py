@@ -48,10 +48,10 @@ def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> Style
         clip = PartStyle(*(t[:, place:place + 1] for t in style.features[KEY_POSES]))
         key_poses.append(_fitted_to(model, clip, cycle, *strides[name]) if cycle.any() and strides[name] else clip)
     fitted = cat_batch([{KEY_POSES: clip} for clip in key_poses])[KEY_POSES]
-    return StyleClips(style.features | {KEY_POSES: _reconciled(model, fitted, style.gait)}, style.gait)
+    return StyleClips(style.features | {KEY_POSES: _reconcile_clips(model, fitted, style.gait)}, style.gait)
 
 
-def _reconciled(model: MotionPuzzle, style: PartStyle, gait: Gait) -> PartStyle:
+def _reconcile_clips(model: MotionPuzzle, style: PartStyle, gait: Gait) -> PartStyle:
     """Key poses of n clips in which clips that show one movement hold every joint alike enough to be interpolated: a joint that
     they hold in turns far apart, as who dances with the arms does, is taken from the first of them in all."""
     for place, name in enumerate(gait.movements):

@@ -27,7 +27,7 @@ def stride_residual(features: np.ndarray) -> np.ndarray | None:
     if len(features) < SHORTEST_LOOP * FPS:
         return None
     axes, phase = features[..., LAYOUT["rotation"]], stride_phase(features)
-    locked = stride_locked_part(axes, None) if phase is None else cycle_at(steadied(fit_cycle(axes, phase)), phase)
+    locked = stride_locked_part(axes, None) if phase is None else cycle_at(rest_unsure_joints(fit_cycle(axes, phase)), phase)
     turns = rot.to_rotation_vector(rot.multiply(rot.from_6d(axes[:, JOINTS]), rot.inverse(rot.from_6d(locked[:, JOINTS]))))
     loop = np.zeros((len(features), JOINT_COUNT, 3))
     loop[:, JOINTS] = rot.unwrap(turns)
@@ -42,7 +42,7 @@ def stride_locked_part(signal: np.ndarray, phase: np.ndarray | None) -> np.ndarr
     return cycle_at(fit_cycle(signal, phase), phase)
 
 
-def steadied(cycle: np.ndarray) -> np.ndarray:
+def rest_unsure_joints(cycle: np.ndarray) -> np.ndarray:
     """The cycle (coefficients, 21, 6) of joints' axes, at rest for joints whose mean turn is unsure at some phase.
 
     The mean of turns that lie far apart has short axes. Where they cancel, the joint would turn over within a frame."""

@@ -14,7 +14,7 @@ from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT, STRIDE
 from sim.motion.gait import HARMONICS, airborne_share, cadence, fit_cycle, movement_of, stride_phase
 from stylizer.networks.layers import PartStyle
-from stylizer.styles.stride_residual import steadied, stride_residual
+from stylizer.styles.stride_residual import rest_unsure_joints, stride_residual
 from stylizer.systems.motion_puzzle.config import KEY_POSES
 from stylizer.systems.motion_puzzle.style_tensors import Style
 
@@ -160,7 +160,7 @@ def _cycle(features: np.ndarray) -> np.ndarray:
     if phase is None:
         return no_cycles(1)[0]
     cycle = fit_cycle(features[..., BODY], phase)
-    cycle[..., LAYOUT["rotation"]] = steadied(cycle[..., LAYOUT["rotation"]])
+    cycle[..., LAYOUT["rotation"]] = rest_unsure_joints(cycle[..., LAYOUT["rotation"]])
     return cycle
 
 

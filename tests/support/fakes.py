@@ -14,6 +14,7 @@ from sim.command import Command
 from sim.math import rotations as rot
 from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.session import Session
+from tests.conftest import FakeStylizer
 
 DT = 1 / 60
 X, Z = np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
@@ -64,7 +65,7 @@ class Walker:
         return replace(pose, contacts=np.clip(1 - heights / 0.04, 0, 1))
 
 
-class Bender:
+class Bender(FakeStylizer):
     """Turns the joints of each styled part about their x axis. Raises ValueError for a style that is not in BENDS."""
 
     def step(self, window: np.ndarray, neutral: Pose, style, travel=1.0) -> Pose:
@@ -76,15 +77,6 @@ class Bender:
             bend = rot.from_axis_angle(X, np.array(BENDS[name] * strength * 0.5))
             local[joints] = rot.multiply(local[joints], np.tile(bend, (len(joints), 1)))
         return neutral.with_body(neutral.hips, to_global(local))
-
-    def leg_strengths(self) -> np.ndarray:
-        return np.zeros(2)
-
-    def pace(self, gaits) -> tuple[np.ndarray, np.ndarray]:
-        return np.ones(()), np.ones(())
-
-    def restart(self) -> None:
-        pass
 
 
 def fake_session() -> Session:

@@ -15,7 +15,7 @@ from stylizer.styles.stride_residual import (
     JOINTS,
     LONGEST_LOOP,
     played,
-    steadied,
+    rest_unsure_joints,
     stride_locked_part,
     stride_residual,
 )
@@ -115,7 +115,7 @@ def test_a_joint_that_turns_all_round_in_its_own_time_rests_in_the_cycle():
     turns[:, 1, 0] = 0.5 * np.sin(phase)
     turns[:, 2, 0] = 1.9 * np.sin(0.37 * phase) + 0.3 * np.sin(phase)
     cycle = fit_cycle(rot.to_6d(rot.from_rotation_vector(turns)), phase)
-    steady = steadied(cycle)
+    steady = rest_unsure_joints(cycle)
     assert np.linalg.norm(cycle_at(cycle, phase)[:, 2, :3], axis=-1).min() < 0.3
     assert not steady[1:, 2].any()
     np.testing.assert_allclose(np.linalg.norm(steady[0, 2].reshape(2, 3), axis=-1), 1.0)
