@@ -3,7 +3,8 @@
 import gc
 from pathlib import Path
 
-gc.disable()  # torch makes a hundred thousand objects, all to stay: walking them while they come costs a fifth of the start
+# torch makes a hundred thousand objects, all to stay: walking them while they come costs a fifth of the start
+gc.disable()
 import torch  # noqa: E402
 
 from controller.runtime.controller import PhaseFunctionedController  # noqa: E402
@@ -20,8 +21,8 @@ BUNDLED_RECORDING = Path(__file__).parent / "recordings" / "demo.jsonl"
 def build_session(stylizer: str | None = None, latency: Latency | None = None) -> Session:
     """A session with trained weights, `stylizer` naming the style-transfer system's (None: the shipped Motion Puzzle).
 
-    Raises ValueError or OSError, in one sentence, where weights are missing, made for something else, or where the stylizer's own
-    style is not that of the controller."""
+    Raises ValueError or OSError, in one sentence, where weights are missing, made for something else, or where the
+    stylizer's own style is not that of the controller."""
     # A frame is too little work for a second thread, and one thread adds in one order: same input, same motion.
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)  # numbers near zero, as at strength 0, cost a hundred times more otherwise

@@ -10,11 +10,24 @@ from demo.commands import bench, doctor, evaluate, keys, live, replay, styles, s
 
 # Each module has HELP (one line), EXAMPLE, add_arguments(parser) and run(args) -> exit status; what is heavy it imports
 # inside run, so that --help and a mistyped word are answered at once.
-COMMANDS = {"replay": replay, "stylize": stylize, "styles": styles, "bench": bench, "evaluate": evaluate,
-            "train": train, "keys": keys, "doctor": doctor}
+COMMANDS = {
+    "replay": replay,
+    "stylize": stylize,
+    "styles": styles,
+    "bench": bench,
+    "evaluate": evaluate,
+    "train": train,
+    "keys": keys,
+    "doctor": doctor,
+}
 USER_ERROR, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
-ADVICE = {FileNotFoundError: "check the path", NotADirectoryError: "check the path", IsADirectoryError: "name a file",
-          PermissionError: "check its permissions", FileExistsError: "move it away or choose another name"}
+ADVICE = {
+    FileNotFoundError: "check the path",
+    NotADirectoryError: "check the path",
+    IsADirectoryError: "name a file",
+    PermissionError: "check its permissions",
+    FileExistsError: "move it away or choose another name",
+}
 ROOMS = ("sim", "controller", "stylizer", "demo", "patchwalk")
 
 
@@ -75,8 +88,12 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def _texts(module) -> dict:
-    return {"description": module.HELP, "epilog": f"example:\n  {module.EXAMPLE}", "allow_abbrev": False,
-            "formatter_class": argparse.RawDescriptionHelpFormatter}
+    return {
+        "description": module.HELP,
+        "epilog": f"example:\n  {module.EXAMPLE}",
+        "allow_abbrev": False,
+        "formatter_class": argparse.RawDescriptionHelpFormatter,
+    }
 
 
 def _sentence(error: OSError) -> str:

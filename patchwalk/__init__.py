@@ -5,10 +5,10 @@
     frame = session.step(pw.Command(move=(0, 1), gait="walk", style=pw.style({"arms": ("old", 0.8)})))
     frame.styled.positions                          # (21, 3) metres, at 60 frames a second
 
-What is named here is kept: it changes only with a new minor version, and then the changelog says how. Every function raises
-ValueError in one sentence for what it cannot use, OSError for a file that it cannot read or write. Loading a stylizer sets
-one thread for torch, because a frame is too little work for a second one, and flushes denormals, which cost a hundredfold.
-"""
+What is named here is kept: it changes only with a new minor version, and then the changelog says how. Every function
+raises ValueError in one sentence for what it cannot use, OSError for a file that it cannot read or write. Loading a
+stylizer sets one thread for torch, because a frame is too little work for a second one, and flushes denormals, which
+cost a hundredfold."""
 
 from pathlib import Path
 from typing import Mapping, Sequence
@@ -26,8 +26,23 @@ from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.offline import looks
 from stylizer.runtime.offline import stylize as _stylize
 
-__all__ = ["Clip", "Command", "Commands", "Frame", "LiveStylizer", "PhaseFunctionedController", "Pose", "Session", "add_style",
-           "load_clip", "load_controller", "load_stylizer", "save_bvh", "style", "stylize"]
+__all__ = [
+    "Clip",
+    "Command",
+    "Commands",
+    "Frame",
+    "LiveStylizer",
+    "PhaseFunctionedController",
+    "Pose",
+    "Session",
+    "add_style",
+    "load_clip",
+    "load_controller",
+    "load_stylizer",
+    "save_bvh",
+    "style",
+    "stylize",
+]
 
 
 def load_controller() -> PhaseFunctionedController:
@@ -36,26 +51,26 @@ def load_controller() -> PhaseFunctionedController:
 
 
 def load_stylizer(name: str | None = None) -> LiveStylizer:
-    """A live stylizer, with the bundled styles and the user's own in its `bank`: None for Motion Puzzle, or unpaired, diverse,
-    latent."""
+    """A live stylizer, with the bundled styles and the user's own in its `bank`: None for Motion Puzzle, or unpaired,
+    diverse, latent."""
     return catalogue.from_pretrained(name)
 
 
 def style(parts: Mapping[str, str | Sequence]) -> dict[str, Worn]:
-    """What the body parts wear, from part or group (arms, legs, upper, all) -> a style's name, or (name, strength 0 .. 1.5), or
-    (name, strength, other name, share 0 .. 1)."""
+    """What the body parts wear, from part or group (arms, legs, upper, all) -> a style's name, or (name, strength 0 ..
+    1.5), or (name, strength, other name, share 0 .. 1)."""
     return expand_style({part: (wanted, 1.0) if isinstance(wanted, str) else wanted for part, wanted in parts.items()})
 
 
 def stylize(content: Clip, parts: Mapping[str, str | Sequence], stylizer: LiveStylizer) -> Clip:
-    """A clip with its body parts restyled and its feet cleaned. parts: as of `style`, where a name may also be the path of a BVH
-    clip to take the style from."""
+    """A clip with its body parts restyled and its feet cleaned. parts: as of `style`, where a name may also be the path
+    of a BVH clip to take the style from."""
     return _stylize(stylizer.bank.model, content, looks(stylizer.bank, style(parts)))
 
 
 def add_style(stylizer: LiveStylizer, name: str, *paths: str | Path) -> tuple[str, ...]:
-    """Learns a style from BVH clips and keeps it in the user's folder; sentences that say which seconds of which file show which
-    movement."""
+    """Learns a style from BVH clips and keeps it in the user's folder; sentences that say which seconds of which file
+    show which movement."""
     if not paths:
         raise ValueError(f"style '{name}' needs a clip to learn from: name one BVH file or more")
     return stylizer.bank.add([Path(path) for path in paths], name).taken
@@ -64,4 +79,3 @@ def add_style(stylizer: LiveStylizer, name: str, *paths: str | Path) -> tuple[st
 def save_bvh(path: str | Path, clip: Clip) -> None:
     """Writes a clip on the 21-joint skeleton, in centimetres."""
     bvh.write(path, clip)
-

@@ -31,8 +31,8 @@ class Command:
     move: (x, z) stick, length at most 1, (0, 0) to stand.
     face: (x, z) wanted facing direction, or None to face where it goes.
     gait: a name of GAIT_SPEEDS.
-    style: body part or group name -> (style name, strength 0 .. 1.5) or (style name, strength, other style, share 0 .. 1 of the
-        way to the other), for the parts that are restyled; the others keep their own style.
+    style: body part or group name -> (style name, strength 0 .. 1.5) or (style name, strength, other style,
+        share 0 .. 1 of the way to the other), for the parts that are restyled; the others keep their own style.
     pace: whether the styles of the legs set speed, stride and cadence.
     """
 

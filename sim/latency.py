@@ -59,8 +59,12 @@ class Latency:
 def percentiles(milliseconds: np.ndarray) -> dict[str, float]:
     """p50, p95, p99 and maximum of an array of milliseconds, as the reports name them."""
     p50, p95, p99 = np.percentile(milliseconds, (50, 95, 99))
-    return {"p50_ms": round(float(p50), 4), "p95_ms": round(float(p95), 4), "p99_ms": round(float(p99), 4),
-            "max_ms": round(float(milliseconds.max()), 4)}
+    return {
+        "p50_ms": round(float(p50), 4),
+        "p95_ms": round(float(p95), 4),
+        "p99_ms": round(float(p99), 4),
+        "max_ms": round(float(milliseconds.max()), 4),
+    }
 
 
 def cpu_name() -> str:

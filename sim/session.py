@@ -1,4 +1,5 @@
-"""One frame of Patchwalk, from the command to the pose on the screen: window, replay, tests and export call `Session.step`."""
+"""One frame of Patchwalk, from the command to the pose on the screen: window, replay, tests and export call
+`Session.step`."""
 
 from dataclasses import dataclass
 from typing import Mapping, Protocol, Sequence
@@ -30,18 +31,23 @@ class Controller(Protocol):
 class Stylizer(Protocol):
     """Restyles the newest frame of a half-second window."""
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
-             travel: np.ndarray | float = 1.0) -> Pose:
-        """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.style_spec); travel: how many
-        times as fast as the window says the body really goes, carried by styled legs. Raises ValueError for a style that the bank
-        does not hold."""
+    def step(
+        self,
+        window: np.ndarray,
+        neutral: Pose,
+        style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+        travel: np.ndarray | float = 1.0,
+    ) -> Pose:
+        """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.style_spec); travel:
+        how many times as fast as the window says the body really goes, carried by styled legs. Raises ValueError for a
+        style that the bank does not hold."""
 
     def leg_strengths(self) -> np.ndarray:
         """(..., 2) how far the left and the right leg are styled now."""
 
     def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """What the styles of the legs ask for in each character's gait: speed and playback rate of sim.motion.playback_pace.Pace,
-        (...) each."""
+        """What the styles of the legs ask for in each character's gait: speed and playback rate of
+        sim.motion.playback_pace.Pace, (...) each."""
 
     def restart(self) -> None:
         """Back to before the first step, as a Controller's."""
@@ -52,8 +58,8 @@ class Stylizer(Protocol):
 
 @dataclass(frozen=True)
 class Frame:
-    """What one step made: the command it answered, the neutral pose and the styled pose that is drawn; a crowd's poses have a
-    leading axis of characters."""
+    """What one step made: the command it answered, the neutral pose and the styled pose that is drawn; a crowd's poses
+    have a leading axis of characters."""
 
     command: Command | Commands
     neutral: Pose
@@ -61,11 +67,13 @@ class Frame:
 
 
 def check_own_style(own_of: str | None, controller: str | None) -> None:
-    """Raises ValueError where the own style, which is taken off the live motion, is that of another controller than the one that
-    runs: fingerprints of weights, None for one that does not say."""
+    """Raises ValueError where the own style, which is taken off the live motion, is that of another controller than the
+    one that runs: fingerprints of weights, None for one that does not say."""
     if own_of is not None and controller is not None and own_of != controller:
-        raise ValueError("the own style was captured from another controller than the one that runs: "
-                         "run 'patchwalk styles capture' to capture it again, or reinstall Patchwalk")
+        raise ValueError(
+            "the own style was captured from another controller than the one that runs: "
+            "run 'patchwalk styles capture' to capture it again, or reinstall Patchwalk"
+        )
 
 
 class Session:
@@ -122,9 +130,12 @@ class Session:
         return Frame(command, neutral, styled)
 
     def _pace(self, command: Command | Commands) -> Pace:
-        """The pace of this frame. The root goes as far as the strides of the last frame carry it; where the command leaves the
-        pace to the styles of the legs, at their speed and playback rate, and otherwise at the speed that is asked for."""
+        """The pace of this frame. The root goes as far as the strides of the last frame carry it; where the command
+        leaves the pace to the styles of the legs, at their speed and playback rate, and otherwise at the speed that is
+        asked for."""
         stride = self.foot_lock.stride.scale
         speed, rate = self.stylizer.pace(command.gaits)
-        pace = Pace(*self.pace.step(np.where(command.pace, speed, 1 / stride), np.where(command.pace, rate, 1.0)), stride)
+        pace = Pace(
+            *self.pace.step(np.where(command.pace, speed, 1 / stride), np.where(command.pace, rate, 1.0)), stride
+        )
         return OWN_PACE if all(np.all(value == 1) for value in pace) else pace

@@ -1,6 +1,7 @@
 """What the body parts wear, each a style with its strength or two styles blended, and how files write it down.
 
-A part wears `(style, strength)`, or `(style, strength, other style, share)`: share 0 is the first style, 1 the other."""
+A part wears `(style, strength)`, or `(style, strength, other style, share)`: share 0 is the first style, 1 the
+other."""
 
 import json
 from typing import Mapping
@@ -37,7 +38,8 @@ def decode(value, before: Mapping[str, Worn]) -> dict[str, Worn]:
 
 
 def expand_style(style: Mapping[str, Worn]) -> dict[str, Worn]:
-    """Part -> what it wears, groups such as `arms` replaced by their parts. Raises ValueError, in the sentences of `decode`."""
+    """Part -> what it wears, groups such as `arms` replaced by their parts. Raises ValueError, in the sentences of
+    `decode`."""
     result = {}
     for target, wanted in style.items():
         result |= dict.fromkeys(expand_part(target), _decode_one(target, wanted))
@@ -45,10 +47,16 @@ def expand_style(style: Mapping[str, Worn]) -> dict[str, Worn]:
 
 
 def _decode_one(target: str, wanted) -> Worn:
-    if not (isinstance(wanted, (list, tuple)) and len(wanted) in (2, 4) and all(isinstance(name, str) for name in wanted[::2])
-            and all(map(is_number, wanted[1::2]))):
-        raise ValueError(f'the style of {target} is {shown(wanted)}, but must be ["NAME", STRENGTH], '
-                         '["NAME", STRENGTH, "OTHER", SHARE] or null')
+    if not (
+        isinstance(wanted, (list, tuple))
+        and len(wanted) in (2, 4)
+        and all(isinstance(name, str) for name in wanted[::2])
+        and all(map(is_number, wanted[1::2]))
+    ):
+        raise ValueError(
+            f'the style of {target} is {shown(wanted)}, but must be ["NAME", STRENGTH], '
+            '["NAME", STRENGTH, "OTHER", SHARE] or null'
+        )
     for number, what, highest in zip(wanted[1::2], ("strength", "share"), (MAX_STRENGTH, 1), strict=False):
         if not 0 <= number <= highest:
             raise ValueError(f"the {what} of {target} is {number}, but must lie in 0 .. {highest}")

@@ -77,9 +77,15 @@ class FakeCrowd:
         return np.ones(len(self.each)), np.ones(len(self.each))
 
     def step(self, *asked) -> Pose:
-        asked = [values.each if isinstance(values, Commands) else values for values in asked if not isinstance(values, Pace)]
-        return Pose.stacked([one.step(*(values if isinstance(values, float) else values[i] for values in asked))
-                             for i, one in enumerate(self.each)])
+        asked = [
+            values.each if isinstance(values, Commands) else values for values in asked if not isinstance(values, Pace)
+        ]
+        return Pose.stacked(
+            [
+                one.step(*(values if isinstance(values, float) else values[i] for values in asked))
+                for i, one in enumerate(self.each)
+            ]
+        )
 
 
 def fake_session(stylizer=None, latency=None) -> Session:
@@ -91,4 +97,5 @@ def fake_session(stylizer=None, latency=None) -> Session:
 def fake_models(monkeypatch):
     """Every session that the demo builds is made of stand-ins."""
     from demo import assemble
+
     monkeypatch.setattr(assemble, "build_session", fake_session)

@@ -1,5 +1,5 @@
-"""The import arrows between packages and between their rooms, read from the source itself, and that every file says what lives in
-it."""
+"""The import arrows between packages and between their rooms, read from the source itself, and that every file says
+what lives in it."""
 
 import ast
 import sys
@@ -12,18 +12,45 @@ MAY_IMPORT = {  # room: what it may import besides itself and Python's library
     "sim": {"numpy", "scipy"},
     "controller": {"sim", "numpy", "scipy", "torch", "safetensors", "tqdm", "matplotlib"},
     "stylizer": {"sim", "numpy", "scipy", "torch", "safetensors", "tqdm", "matplotlib"},
-    "demo": {"patchwalk", "sim", "controller", "stylizer", "numpy", "scipy", "torch", "tqdm", "matplotlib", "pygame", "OpenGL",
-             "PIL", "imageio_ffmpeg"},
+    "demo": {
+        "patchwalk",
+        "sim",
+        "controller",
+        "stylizer",
+        "numpy",
+        "scipy",
+        "torch",
+        "tqdm",
+        "matplotlib",
+        "pygame",
+        "OpenGL",
+        "PIL",
+        "imageio_ffmpeg",
+    },
     "patchwalk": {"sim", "controller", "stylizer"},
 }
-# The rooms of each package, from the ground up: a room imports only itself and those before it. So there are no circles, and what
-# runs imports neither training nor evaluation.
+# The rooms of each package, from the ground up: a room imports only itself and those before it. So there are no
+# circles, and what runs imports neither training nor evaluation.
 ROOMS = {
     "sim": ("math", "body", "motion", "feet", "style_spec", "command", "latency", "session", "io", "retarget"),
     "controller": ("model", "runtime", "training", "evaluation"),
     "stylizer": ("networks", "data", "systems", "styles", "runtime", "training", "evaluation"),
-    "demo": ("assemble", "state", "figure", "ui", "input", "render", "export", "live", "bench", "commands", "cli", "__main__",
-             "tools", "examples"),
+    "demo": (
+        "assemble",
+        "state",
+        "figure",
+        "ui",
+        "input",
+        "render",
+        "export",
+        "live",
+        "bench",
+        "commands",
+        "cli",
+        "__main__",
+        "tools",
+        "examples",
+    ),
 }
 FILES = [(room, path) for room in MAY_IMPORT for path in sorted((ROOT / room).rglob("*.py"))]
 
@@ -68,7 +95,7 @@ def test_arrows_between_rooms(package, path):
     if room == "__init__":
         return
     order = ROOMS.get(package, (room,))
-    allowed = set(order[:order.index(room) + 1])
+    allowed = set(order[: order.index(room) + 1])
     assert rooms_imported(ast.parse(path.read_text(encoding="utf-8")), package) & set(order) <= allowed
 
 

@@ -50,8 +50,11 @@ class Figure:
         """Whether ours lies within the bounds, which nothing measurable does not; None where there are no bounds."""
         if self.low is None and self.high is None:
             return None
-        return (self.ours is not None and (self.low is None or self.ours >= self.low)
-                and (self.high is None or self.ours <= self.high))
+        return (
+            self.ours is not None
+            and (self.low is None or self.ours >= self.low)
+            and (self.high is None or self.ours <= self.high)
+        )
 
     def as_json(self) -> dict:
         """The entry of the report (DESIGN.md, Sec. 4); reach is [low, high], null where open."""
@@ -60,10 +63,12 @@ class Figure:
 
     def rounded(self) -> "Figure":
         """Four significant digits of every number; what is not finite, as a stop that never comes, is None."""
+
         def short(value: float | None) -> float | None:
             if value is None or not math.isfinite(value):
                 return None
             return value if isinstance(value, int) else float(f"{value:.4g}")
+
         return Figure(*(short(value) for value in vars(self).values()))
 
 
@@ -82,13 +87,17 @@ def feet(played: Mapping[str, Played], real: RealClips | None) -> dict[str, Figu
         slide = (_pooled(motions, _contact_speed, gait) for motions in (locked, captured))
         result[f"contact_speed_{name}_cm_s"] = Figure(*slide, high=2.0)
     for toe, side in enumerate(("left", "right")):
-        share = (_pooled(motions, lambda m, toe=toe: m.contacts[:, 2 * toe + 1] > PLANTED, WALKING)
-                 for motions in (locked, captured))
+        share = (
+            _pooled(motions, lambda m, toe=toe: m.contacts[:, 2 * toe + 1] > PLANTED, WALKING)
+            for motions in (locked, captured)
+        )
         result[f"toe_contact_{side}_share"] = Figure(*share, low=0.45, high=0.7)
     # Two readings of the floor: no joint is under it; no toe joint is lower than in a flat foot, or the sole dips in.
     for name, joints, level in (("floor_pierced", slice(None), 0.0), ("toe_dip", TOES, TOE_HEIGHT)):
-        depth = (_percentile_99([depth_under(m.positions[:, joints, 1], level) * CENTI for m in motions])
-                 for motions in (locked, captured))
+        depth = (
+            _percentile_99([depth_under(m.positions[:, joints, 1], level) * CENTI for m in motions])
+            for motions in (locked, captured)
+        )
         result[f"{name}_p99_cm"] = Figure(*depth, high=1.0)
     return result
 
@@ -116,10 +125,10 @@ def standing(take: Played, real: RealClips | None) -> dict[str, Figure]:
 
 
 def _alive(motions: Sequence[Motion]) -> float | None:
-    """Millimetres, over windows of IDLE_SECONDS for all alike, for the longer one looks, the more a body has shifted; the
-    median, for a few of the real stands are gestures."""
+    """Millimetres, over windows of IDLE_SECONDS for all alike, for the longer one looks, the more a body has shifted;
+    the median, for a few of the real stands are gestures."""
     size = round(IDLE_SECONDS * FPS)
-    windows = [m[start:start + size] for m in motions for start in range(0, len(m) - size + 1, size)]
+    windows = [m[start : start + size] for m in motions for start in range(0, len(m) - size + 1, size)]
     return float(np.median([liveliness(_relative(w)) for w in windows])) * MILLI if windows else None
 
 
@@ -173,8 +182,9 @@ def endurance(take: Played, real: RealClips | None) -> dict[str, Figure]:
     fast = spells(speed > RUNAWAY_SHARE * np.maximum(asked, SLOWEST_ASKED), SPELL_SECONDS)
     return {
         "random_nan_count": Figure(int((~np.isfinite(take.locked.positions)).sum()), high=0),
-        "random_outside_joint_range_share": Figure(None) if real is None else Figure(
-            _outside_share([take.locked], real), _outside_share(real.held_out, real), high=0.001),
+        "random_outside_joint_range_share": Figure(None)
+        if real is None
+        else Figure(_outside_share([take.locked], real), _outside_share(real.held_out, real), high=0.001),
         "random_freezes_count": Figure(len(frozen), high=0),
         "random_runaways_count": Figure(len(fast) + len(spells(take.lead > RUNAWAY_METRES, 0.0)), high=0),
     }
@@ -193,10 +203,12 @@ def _relative(motion: Motion) -> np.ndarray:
 def _jerk_at(step: int) -> Measure:
     """Jerk of every step-th frame. Clips captured at 30 Hz have corners where they were resampled to 60, which every
     second frame goes around."""
+
     def measure(motion: Motion) -> np.ndarray:
         result = np.full((len(motion), motion.positions.shape[1]), np.nan)
         result[::step] = jerk(motion.positions[::step], motion.root.positions[::step], FPS / step)
         return result
+
     return measure
 
 

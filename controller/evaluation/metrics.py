@@ -29,7 +29,7 @@ def arrival_time(velocity: np.ndarray, asked: np.ndarray) -> float:
     """Seconds from the first frame, at which (2,) is asked for, until the velocity along it first reaches ARRIVED of
     its mean over the last STEADY_SECONDS; infinite where it ends up not moving that way at all."""
     along = velocity @ asked / np.linalg.norm(asked)
-    steady = along[-round(STEADY_SECONDS * FPS):].mean()
+    steady = along[-round(STEADY_SECONDS * FPS) :].mean()
     return float(np.argmax(along >= ARRIVED * steady) / FPS) if steady > STILL else float("inf")
 
 

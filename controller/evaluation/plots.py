@@ -19,19 +19,32 @@ from controller.evaluation.pose_strips import draw_strips  # noqa: E402
 
 ASKED, WALKED, FACING = "#9aa5b1", "#0b6e99", "#c8553d"
 SIDES = {"left": ("#0b6e99", 1), "right": ("#c8553d", 3)}  # colour, and the toe's column among the contact joints
-STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
-         "grid.color": "#e6e9ec", "axes.edgecolor": "#9aa5b1", "legend.frameon": False, "figure.dpi": 120}
+STYLE = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e6e9ec",
+    "axes.edgecolor": "#9aa5b1",
+    "legend.frameon": False,
+    "figure.dpi": 120,
+}
 COLUMNS = 6
 STRIDES = {"walk 1.3 m/s": (2.0, 5.0), "run 3.5 m/s": (2.0, 4.0)}  # which seconds of which takes the feet are shown
 
 
 def save_plots(folder: Path, played: Mapping[str, Played], data: Path | None = None) -> list[Path]:
-    """Writes trajectory.png, speed.png, feet.png and strips.png into a folder, made if missing; the strips are drawn beside
-    captured clips of the `data` folder. Raises OSError where it cannot."""
+    """Writes trajectory.png, speed.png, feet.png and strips.png into a folder, made if missing; the strips are drawn
+    beside captured clips of the `data` folder. Raises OSError where it cannot."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    drawings = {"trajectory": _trajectories, "speed": _speeds, "feet": _feet,
-                "strips": lambda played: draw_strips(played, data)}
+    drawings = {
+        "trajectory": _trajectories,
+        "speed": _speeds,
+        "feet": _feet,
+        "strips": lambda played: draw_strips(played, data),
+    }
     for name, draw in drawings.items():
         with plt.rc_context(STYLE), replacing(folder / f"{name}.png") as temporary:
             figure = draw(played)
@@ -49,9 +62,20 @@ def _trajectories(played: Mapping[str, Played]):
         root = take.neutral.root.positions
         axes.plot(*asked.T, color=ASKED, lw=3, label="asked: the stick's velocity, at once")
         axes.plot(root[:, 0], root[:, 2], color=WALKED, lw=1.3, label="walked")
-        facing = take.neutral.root.facing[::FPS // 2]
-        axes.quiver(root[::FPS // 2, 0], root[::FPS // 2, 2], -np.sin(facing), np.cos(facing), color=FACING, zorder=3,
-                    scale_units="inches", scale=8, width=0.009, headwidth=4, label="facing, twice a second")
+        facing = take.neutral.root.facing[:: FPS // 2]
+        axes.quiver(
+            root[:: FPS // 2, 0],
+            root[:: FPS // 2, 2],
+            -np.sin(facing),
+            np.cos(facing),
+            color=FACING,
+            zorder=3,
+            scale_units="inches",
+            scale=8,
+            width=0.009,
+            headwidth=4,
+            label="facing, twice a second",
+        )
         axes.plot((-0.5, 0.5), (-0.5, 0.5), alpha=0)  # a character that stands needs no magnifying glass
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)
@@ -73,17 +97,21 @@ def _speeds(played: Mapping[str, Played]):
 def _feet(played: Mapping[str, Played]):
     """Toe heights before and after the foot lock, and when each toe is in contact."""
     takes = {name: span for name, span in STRIDES.items() if name in played}
-    figure, panels = plt.subplots(2, len(takes), figsize=(12, 5.5), layout="constrained", squeeze=False, sharex="col",
-                                  height_ratios=(4, 1.2))
+    figure, panels = plt.subplots(
+        2, len(takes), figsize=(12, 5.5), layout="constrained", squeeze=False, sharex="col", height_ratios=(4, 1.2)
+    )
     figure.suptitle("Toe height and contact over time")
     for (heights, contacts), (name, (start, stop)) in zip(panels.T, takes.items()):
         frames = slice(round(start * FPS), round(stop * FPS))
         seconds = np.arange(frames.start, frames.stop) / FPS
         for row, (side, (colour, toe)) in enumerate(SIDES.items()):
-            for motion, look, text in ((played[name].neutral, {"ls": ":", "lw": 1.2}, "before the lock"),
-                                       (played[name].locked, {"ls": "-", "lw": 1.6}, "after the lock")):
-                heights.plot(seconds, motion.feet[frames, toe, 1] * 100, color=colour, label=f"{side} toe, {text}",
-                             **look)
+            for motion, look, text in (
+                (played[name].neutral, {"ls": ":", "lw": 1.2}, "before the lock"),
+                (played[name].locked, {"ls": "-", "lw": 1.6}, "after the lock"),
+            ):
+                heights.plot(
+                    seconds, motion.feet[frames, toe, 1] * 100, color=colour, label=f"{side} toe, {text}", **look
+                )
             contact = played[name].locked.contacts[frames, toe]
             contacts.fill_between(seconds, row, row + 0.8 * contact, color=colour, alpha=0.35, lw=0)
             contacts.fill_between(seconds, row, row + 0.8, where=contact > PLANTED, color=colour, lw=0, step="mid")
@@ -97,12 +125,13 @@ def _feet(played: Mapping[str, Played]):
 def _grid(played: Mapping[str, Played], title: str, height: float):
     """A figure with one titled panel a take; panels left over are taken away."""
     rows = -(-len(played) // COLUMNS)
-    figure, panels = plt.subplots(rows, COLUMNS, figsize=(2.4 * COLUMNS, height * rows + 0.8), layout="constrained",
-                                  squeeze=False)
+    figure, panels = plt.subplots(
+        rows, COLUMNS, figsize=(2.4 * COLUMNS, height * rows + 0.8), layout="constrained", squeeze=False
+    )
     figure.suptitle(title)
     for axes, name in zip(panels.flat, played):
         axes.set_title(name)
-    for axes in panels.flat[len(played):]:
+    for axes in panels.flat[len(played) :]:
         axes.remove()
     return figure, panels.flat
 

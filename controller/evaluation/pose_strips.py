@@ -1,4 +1,5 @@
-"""Strips of poses: each movement of the suite above a captured clip of the same movement, to be looked at side by side."""
+"""Strips of poses: each movement of the suite above a captured clip of the same movement, to be looked at side by
+side."""
 
 from pathlib import Path
 from typing import Callable, Mapping
@@ -25,15 +26,16 @@ def _middle(motion: Motion) -> int:
 def _jolt(motion: Motion) -> int:
     """Where a start, a stop or a turn happens: the frame of the strongest acceleration, over a third of a second."""
     span = FPS // 6
-    change = np.linalg.norm(motion.velocity[2 * span:] - motion.velocity[:-2 * span], axis=1)
-    return int(change[FPS // 2:len(change) - FPS // 2].argmax()) + FPS // 2 + span
+    change = np.linalg.norm(motion.velocity[2 * span :] - motion.velocity[: -2 * span], axis=1)
+    return int(change[FPS // 2 : len(change) - FPS // 2].argmax()) + FPS // 2 + span
 
 
 def _spin(motion: Motion) -> int:
     return int(np.abs(motion.turn_rate).argmax())
 
 
-# Movement: the take of the suite, the captured clip (a name under the data folder), which moment of both, seconds shown.
+# Movement: the take of the suite, the captured clip (a name under the data folder), which moment of both, seconds
+# shown.
 MOVEMENTS: dict[str, tuple[str, str, Callable[[Motion], int], float]] = {
     "stand": ("stand", "Female1_A01_Stand", _middle, 3.0),
     "walk": ("walk 1.3 m/s", "Female1_B03_Walk1", _middle, 1.3),
@@ -70,7 +72,7 @@ def _around(motion: Motion, moment: Callable[[Motion], int], seconds: float) -> 
     """So many seconds of a motion about its moment, as far as it lasts."""
     length = min(round(seconds * FPS), len(motion))
     start = min(max(moment(motion) - length // 2, 0), len(motion) - length)
-    return motion[start:start + length]
+    return motion[start : start + length]
 
 
 def _strip(axes, motion: Motion) -> None:
@@ -83,8 +85,13 @@ def _strip(axes, motion: Motion) -> None:
         for joint in np.argsort(joints[:, 2]):  # what is nearer is drawn later
             parent = PARENTS[joint]
             if parent >= 0:
-                axes.plot((x[parent], x[joint]), (y[parent], y[joint]), lw=4, solid_capstyle="round",
-                          color=COLOURS[PART_NAMES[PART_OF_JOINT[joint]]])
+                axes.plot(
+                    (x[parent], x[joint]),
+                    (y[parent], y[joint]),
+                    lw=4,
+                    solid_capstyle="round",
+                    color=COLOURS[PART_NAMES[PART_OF_JOINT[joint]]],
+                )
         feet = rot.rotate(turn, motion.feet[frame] - motion.root.positions[frame])[motion.contacts[frame] > PLANTED]
         axes.plot(feet[:, 0] + SPACING * place, feet[:, 1], "o", ms=3, color="black", zorder=5)
     axes.axhline(0, color="#9aa5b1", lw=1, zorder=0)

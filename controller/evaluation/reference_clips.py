@@ -25,8 +25,8 @@ class RealClips:
 
     @classmethod
     def load(cls, folder: Path) -> "RealClips":
-        """Every clip under a folder of BVH files that training learns from, in the posture that it is learned in. Raises
-        ValueError where that leaves nothing to measure against."""
+        """Every clip under a folder of BVH files that training learns from, in the posture that it is learned in.
+        Raises ValueError where that leaves nothing to measure against."""
         held_out, idle, ranges = [], [], []
         for path, clip in zip(*load_clips(folder)):
             motion = Motion.of_clip(clip)
@@ -38,8 +38,10 @@ class RealClips:
                 angles = joint_angles(side.rotations, Motion.of_clip(side).root.facing)
                 ranges.append((angles.min(axis=0), angles.max(axis=0)))
         if not held_out or not ranges:
-            raise ValueError(f"'{folder}' holds too few usable BVH files to measure against: unpack the archives of "
-                             "motion capture there, or leave --data out")
+            raise ValueError(
+                f"'{folder}' holds too few usable BVH files to measure against: unpack the archives of "
+                "motion capture there, or leave --data out"
+            )
         lows, highs = zip(*ranges)
         return cls(held_out, idle, np.min(lows, axis=0), np.max(highs, axis=0))
 

@@ -36,6 +36,12 @@ def evaluate(data: Path | None = None, progress: Callable[[int], Callable[[], ob
     played = {name: play(script, standing_still, tick) for name, script in scripts.items()}
     random = played.pop("random")
     followed = [play(way, standing_still, tick).locked for way in ways]
-    figures = {**steering(played), **feet(played, real), **smoothness(played, real), **standing(played["stand"], real),
-               **likeness(real, followed), **endurance(random, real)}
+    figures = {
+        **steering(played),
+        **feet(played, real),
+        **smoothness(played, real),
+        **standing(played["stand"], real),
+        **likeness(real, followed),
+        **endurance(random, real),
+    }
     return Evaluation({name: figure.rounded() for name, figure in figures.items()}, played)

@@ -17,7 +17,8 @@ FACED = math.radians(10)  # of the facing asked for, at which a turn on the spot
 
 def steering(played: Mapping[str, Played]) -> dict[str, Figure]:
     """Speed, direction, and how quickly a new wish is fulfilled; of several takes the worst counts."""
-    # The simulated body waits for the character on its leash (controller.runtime.trajectory.LEASH): this one guards that.
+    # The simulated body waits for the character on its leash (controller.runtime.trajectory.LEASH): this one guards
+    # that.
     lead = float(max(take.lead.max() for take in played.values()))
     return {**_held(played), **_fulfilled(played), "simulated_body_ahead_max_cm": Figure(lead * CENTI, high=15.0)}
 
@@ -29,14 +30,18 @@ def _held(played: Mapping[str, Played]) -> dict[str, Figure]:
         take = played.get(speed_name(gait, speed))
         share = None if take is None else speed_share(*_settled(take))
         result[f"speed_held_{gait}_{speed}_m_s_share".replace(".", "_")] = Figure(share, low=0.9, high=1.1)
-    kinds = {"straight": [speed_name(*kind) for kind in SPEEDS],
-             "strafing": [name for name in FACING_FORWARD if not name.startswith("back")],
-             "backing": [name for name in FACING_FORWARD if name.startswith("back")]}
+    kinds = {
+        "straight": [speed_name(*kind) for kind in SPEEDS],
+        "strafing": [name for name in FACING_FORWARD if not name.startswith("back")],
+        "backing": [name for name in FACING_FORWARD if name.startswith("back")],
+    }
     for kind, names in kinds.items():
         takes = [_settled(played[name]) for name in names if name in played]
         if kind != "straight":  # each speed of which has a figure of its own
             shares = [speed_share(*take) for take in takes]
-            result[f"speed_held_{kind}_share"] = Figure(max(shares, key=lambda share: abs(share - 1)), low=0.9, high=1.1)
+            result[f"speed_held_{kind}_share"] = Figure(
+                max(shares, key=lambda share: abs(share - 1)), low=0.9, high=1.1
+            )
         error = max(direction_error(*take) for take in takes)
         result[f"direction_error_{kind}_deg"] = Figure(math.degrees(error), high=5.0)
     return result
@@ -46,8 +51,10 @@ def _fulfilled(played: Mapping[str, Played]) -> dict[str, Figure]:
     """Seconds until a reversal, a turn, a start or a stop is done."""
     result = {}
     for gait, limit in (("walk", 0.9), ("run", 1.2)):
-        changes = {"reversal": [f"reverse {gait} {instant}" for instant in range(INSTANTS)],
-                   "turn": [f"turn {gait} {angle}" for angle in TURNS]}
+        changes = {
+            "reversal": [f"reverse {gait} {instant}" for instant in range(INSTANTS)],
+            "turn": [f"turn {gait} {angle}" for angle in TURNS],
+        }
         for change, names in changes.items():
             slowest = max(arrival_time(*_stretches(played[name])[-1]) for name in names)
             result[f"{change}_{gait}_s"] = Figure(slowest, high=limit)
@@ -63,14 +70,16 @@ def _fulfilled(played: Mapping[str, Played]) -> dict[str, Figure]:
 def _stretches(take: Played) -> list[tuple[np.ndarray, np.ndarray]]:
     """(velocity (F, 2), asked (2,)) of each stretch over which the stick asks for one and the same."""
     edges = np.flatnonzero(np.any(np.diff(take.asked, axis=0) != 0, axis=1)) + 1
-    return [(velocity, asked[0]) for velocity, asked in
-            zip(np.split(take.neutral.velocity, edges), np.split(take.asked, edges))]
+    return [
+        (velocity, asked[0])
+        for velocity, asked in zip(np.split(take.neutral.velocity, edges), np.split(take.asked, edges))
+    ]
 
 
 def _settled(take: Played) -> tuple[np.ndarray, np.ndarray]:
     """Velocity from SETTLED_SECONDS after the stick has moved, and what it asks for."""
     velocity, asked = _stretches(take)[-1]
-    return velocity[round(SETTLED_SECONDS * FPS):], asked
+    return velocity[round(SETTLED_SECONDS * FPS) :], asked
 
 
 def _facing_time(take: Played) -> float:

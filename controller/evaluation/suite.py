@@ -25,9 +25,15 @@ Script = Sequence[Command]  # one a frame
 FORWARD, BACK, LEFT, RIGHT = (0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0)
 WAIT = 1.0  # seconds of standing before the stick moves
 SPEEDS = (("walk", 0.4), ("walk", 0.8), ("walk", 1.3), ("run", 2.0), ("run", 3.0), ("run", 3.5))  # metres a second
-FACING_FORWARD = {"strafe left": LEFT, "strafe right": RIGHT,
-                  "diagonal left": (0.6, 0.8), "diagonal right": (-0.6, 0.8),
-                  "back": BACK, "back left": (0.6, -0.8), "back right": (-0.6, -0.8)}
+FACING_FORWARD = {
+    "strafe left": LEFT,
+    "strafe right": RIGHT,
+    "diagonal left": (0.6, 0.8),
+    "diagonal right": (-0.6, 0.8),
+    "back": BACK,
+    "back left": (0.6, -0.8),
+    "back right": (-0.6, -0.8),
+}
 CYCLE = {"walk": 1.1, "run": 0.7}  # seconds: reversals and stops come at four instants of one cycle, so at either foot
 INSTANTS = 4
 TURNS = (45, 90, 135)  # degrees to the left
@@ -65,8 +71,9 @@ class Motion:
         """What a session played; the root frame is the controller's own."""
         facing = np.unwrap([pose.root_facing for pose in poses])
         root = RootFrame(np.array([pose.root_position for pose in poses]), facing)
-        positions, rotations, contacts = (np.array([getattr(pose, name) for pose in poses])
-                                          for name in ("positions", "rotations", "contacts"))
+        positions, rotations, contacts = (
+            np.array([getattr(pose, name) for pose in poses]) for name in ("positions", "rotations", "contacts")
+        )
         return cls(positions, rotations, root, contacts)
 
     @cached_property
@@ -148,8 +155,12 @@ def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[],
         frames.append(session.step(command))
         simulated.append(session.controller.trajectory.simulated)
         tick()
-    return Played(script, Motion.of_poses([frame.neutral for frame in frames]),
-                  Motion.of_poses([frame.styled for frame in frames]), np.array(simulated))
+    return Played(
+        script,
+        Motion.of_poses([frame.neutral for frame in frames]),
+        Motion.of_poses([frame.styled for frame in frames]),
+        np.array(simulated),
+    )
 
 
 def script(*stretches: tuple[float, Command]) -> Script:
@@ -160,8 +171,11 @@ def script(*stretches: tuple[float, Command]) -> Script:
 def suite() -> dict[str, Script]:
     """The fixed suite by name. A speed that the stick cannot ask for is left out."""
     walk, run = Command(FORWARD), Command(FORWARD, gait="run")
-    moves = {speed_name(gait, speed): script((4, Command((0.0, speed / GAIT_SPEEDS[gait]), gait=gait)))
-             for gait, speed in SPEEDS if speed <= GAIT_SPEEDS[gait]}
+    moves = {
+        speed_name(gait, speed): script((4, Command((0.0, speed / GAIT_SPEEDS[gait]), gait=gait)))
+        for gait, speed in SPEEDS
+        if speed <= GAIT_SPEEDS[gait]
+    }
     moves |= {name: script((4, Command(move, FORWARD))) for name, move in FACING_FORWARD.items()}
     for gait, go in (("walk", walk), ("run", run)):
         back = Command(BACK, gait=gait)
@@ -189,10 +203,13 @@ def random_sticks(seconds: float = RANDOM_SECONDS, seed: int = 1) -> Script:
     while len(commands) < seconds * FPS:
         move, face = (tuple(map(float, (np.sin(angle), np.cos(angle)))) for angle in random.uniform(0, 2 * np.pi, 2))
         length = 0.0 if random.random() < 0.2 else float(random.uniform(0.3, 1.0))
-        command = Command((move[0] * length, move[1] * length), face if random.random() < 0.4 else None,
-                          str(random.choice(list(GAIT_SPEEDS))))
+        command = Command(
+            (move[0] * length, move[1] * length),
+            face if random.random() < 0.4 else None,
+            str(random.choice(list(GAIT_SPEEDS))),
+        )
         commands += [command] * round(random.uniform(0.3, 3.0) * FPS)
-    return commands[:round(seconds * FPS)]
+    return commands[: round(seconds * FPS)]
 
 
 def follow(clip: Motion) -> Script:
@@ -200,12 +217,12 @@ def follow(clip: Motion) -> Script:
     velocity = turned(clip.velocity, -clip.root.facing[0])
     facing = clip.root.facing - clip.root.facing[0]
     commands = [_asking_for(v, (float(np.sin(yaw)), float(np.cos(yaw)))) for v, yaw in zip(velocity, facing)]
-    return [commands[0]] * (LEAD_IN_SECONDS * FPS) + commands[:FOLLOW_SECONDS * FPS]
+    return [commands[0]] * (LEAD_IN_SECONDS * FPS) + commands[: FOLLOW_SECONDS * FPS]
 
 
 def compared(clip: Motion, played: Motion) -> tuple[Motion, Motion]:
     """A real clip and what was played along its way, both cut to the frames that they share."""
-    return clip[:FOLLOW_SECONDS * FPS], played[LEAD_IN_SECONDS * FPS:]
+    return clip[: FOLLOW_SECONDS * FPS], played[LEAD_IN_SECONDS * FPS :]
 
 
 def _asking_for(velocity: np.ndarray, face: tuple[float, float]) -> Command:

@@ -17,8 +17,16 @@ MODEL = "pfnn"
 
 def save(network: PhaseFunctionedNetwork, path: Path, **origin: str) -> None:
     """Writes weights as float16 (statistics as float32); `origin` says data, licence, command and commit."""
-    header = {"model": MODEL, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash(), "hidden": str(network.hidden), **origin}
-    tensors = {name: value.half() if name.startswith("layers") else value for name, value in network.state_dict().items()}
+    header = {
+        "model": MODEL,
+        "layout": LAYOUT_VERSION,
+        "skeleton": skeleton_hash(),
+        "hidden": str(network.hidden),
+        **origin,
+    }
+    tensors = {
+        name: value.half() if name.startswith("layers") else value for name, value in network.state_dict().items()
+    }
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as temporary:
         save_file(tensors, temporary, header)
@@ -37,7 +45,9 @@ def load(name: str = MODEL, folder: Path = FOLDER) -> PhaseFunctionedNetwork:
         raise ValueError(f"{path} is not a readable weight file ({error}): reinstall Patchwalk") from error
     for key, wanted in (("model", MODEL), ("layout", LAYOUT_VERSION), ("skeleton", skeleton_hash())):
         if header.get(key) != wanted:
-            raise ValueError(f"{path} was made for {key} '{header.get(key)}', this version needs '{wanted}': train again")
+            raise ValueError(
+                f"{path} was made for {key} '{header.get(key)}', this version needs '{wanted}': train again"
+            )
     network = PhaseFunctionedNetwork(int(header["hidden"]))
     network.load_state_dict(tensors)
     return network.eval()

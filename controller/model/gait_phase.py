@@ -13,7 +13,8 @@ STEP_SHORTEST = 0.15  # seconds; quicker repeats are one strike whose label flic
 CYCLE_SECONDS = 1.1  # a plain walk's cycle, for the ends of a clip where no strike tells
 CYCLE_SHORTEST = 0.6  # seconds that it takes there at least, however busy the feet
 WALK_ACTIVITY = 1.0  # metres a second: mean foot speed of a plain walk
-LEAST_ACTIVITY = 0.01  # metres a second that feet are taken to have at any time, lest a pause has no activity to share out
+# metres a second that feet are taken to have at any time, lest a pause has no activity to share out
+LEAST_ACTIVITY = 0.01
 ACTIVITY_SMOOTHING = 0.1  # seconds (Gaussian sigma)
 STAND_SPEED = (0.15, 0.45)  # metres a second of root speed between which standing fades into walking
 RUN_SPEED = (1.9, 2.5)  # metres a second between which walking fades into running
@@ -37,10 +38,11 @@ def foot_strikes(contacts: np.ndarray) -> list[tuple[int, int]]:
 def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     """Unwrapped phase (frames,) in radians: 2 pi k where the right foot lands, 2 pi k + pi where the left does.
 
-    Between two steps of a walk it runs evenly. Over a longer pause it runs with the feet's activity, so that it all but stands
-    still while the character stands and the first step after a stop has a step's worth of phase.
-    positions (frames, 21, 3), contacts (frames, 4)."""
+    Between two steps of a walk it runs evenly. Over a longer pause it runs with the feet's activity, so that it all but
+    stands still while the character stands and the first step after a stop has a step's worth of phase. positions
+    (frames, 21, 3), contacts (frames, 4)."""
     from scipy.ndimage import gaussian_filter1d  # the live loop imports this file and labels no phase
+
     feet = np.linalg.norm(np.gradient(positions[:, CONTACT_JOINTS], 1 / FPS, axis=0), axis=-1).mean(axis=1)
     activity = gaussian_filter1d(feet, ACTIVITY_SMOOTHING * FPS) + LEAST_ACTIVITY
     walking_rate = activity / WALK_ACTIVITY * (2 * np.pi / CYCLE_SECONDS / FPS)
@@ -64,7 +66,8 @@ def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
 
 
 def label_gait(velocity: np.ndarray, turn_rate: np.ndarray) -> np.ndarray:
-    """Gait weights (frames, 3) for stand, walk and run that sum to 1, from root velocity (frames, 2) m/s and turn rate rad/s."""
+    """Gait weights (frames, 3) for stand, walk and run that sum to 1, from root velocity (frames, 2) m/s and turn rate
+    rad/s."""
     speed = rot.length(velocity)[..., 0]
     moving = ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_SPEED)
     running = moving * ramp(speed, *RUN_SPEED)

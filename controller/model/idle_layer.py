@@ -1,6 +1,7 @@
 """Standing alive: the bearing, breath and slow weight shifts of a captured idle, laid on the standing pose.
 
-A network that is fed its own pose comes to rest while nothing is asked of it, in whatever bearing it stopped; people do not."""
+A network that is fed its own pose comes to rest while nothing is asked of it, in whatever bearing it stopped; people do
+not."""
 
 import numpy as np
 
@@ -26,31 +27,32 @@ TURNS = 2 * np.pi * np.arange(1, HARMONICS + 1)  # radians of each harmonic in a
 
 
 def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray:
-    """Bearing and sway (SHAPE) of the quiet standing stretch whose hips sway most; zeros where no clip stands that long.
+    """Bearing and sway (SHAPE) of the quiet standing stretch whose hips sway most; zeros where no clip stands that
+    long.
 
     inputs (N, INPUT_SIZE), targets (N, OUTPUT_SIZE), clip (N,) as in controller.training.dataset.Frames."""
     length = SECONDS * FPS
     stand = inputs[:, INPUT_SLICES["trajectory_gaits"]].reshape(-1, *INPUT["trajectory_gaits"])
     standing = stand[:, OFFSETS.index(0), GAITS.index("stand")] > 0.99
     broken = np.cumsum(~standing | np.append(False, np.diff(clip) != 0))
-    starts = np.flatnonzero(standing[:-length] & (broken[length:] == broken[:-length]))[::FPS // 10]
+    starts = np.flatnonzero(standing[:-length] & (broken[length:] == broken[:-length]))[:: FPS // 10]
     positions = targets[:, OUTPUT_SLICES["positions"]].reshape(-1, JOINT_COUNT, 3)
     root = slice(OUTPUT_SLICES["root"].start, OUTPUT_SLICES["root"].start + 2)
     best, most = np.zeros(SHAPE), 0.0
     for start in starts:
-        stretch = positions[start:start + length]
+        stretch = positions[start : start + length]
         # The smoothed root takes part in a weight shift; here it must stand, or the feet would move instead.
-        hips = stretch[:, 0] + np.insert(np.cumsum(targets[start:start + length, root], axis=0), 1, 0.0, axis=1)
+        hips = stretch[:, 0] + np.insert(np.cumsum(targets[start : start + length, root], axis=0), 1, 0.0, axis=1)
         sway = np.linalg.norm(hips.std(axis=0))
         if np.linalg.norm(stretch[:, ARMS[-1]].std(axis=0), axis=-1).max() < QUIET and sway > most:
-            axes = targets[start:start + length, OUTPUT_SLICES["rotations"]].reshape(length, JOINT_COUNT, 6)
+            axes = targets[start : start + length, OUTPUT_SLICES["rotations"]].reshape(length, JOINT_COUNT, 6)
             best, most = _harmonics(rot.from_6d(axes.astype(float)), hips.astype(float)), sway
     return best
 
 
 def _harmonics(rotations: np.ndarray, hips: np.ndarray) -> np.ndarray:
-    """Mean of rotations (frames, 21, 4), and Fourier amplitudes of them and of hips (frames, 3) about their mean, any drift
-    taken out (SHAPE)."""
+    """Mean of rotations (frames, 21, 4), and Fourier amplitudes of them and of hips (frames, 3) about their mean, any
+    drift taken out (SHAPE)."""
     rows, bearing = np.empty((len(hips), ROWS, 3)), np.zeros((1, ROWS, 3))
     for joint in range(JOINT_COUNT):
         turns = rot.to_scipy(rotations[:, joint])
@@ -59,7 +61,7 @@ def _harmonics(rotations: np.ndarray, hips: np.ndarray) -> np.ndarray:
     rows[:, JOINT_COUNT] = hips
     time = np.linspace(-0.5, 0.5, len(rows))
     rows = rows - rows.mean(axis=0) - time[:, None, None] * np.tensordot(time, rows, 1) / np.sum(time**2)
-    spectrum = 2 * np.fft.rfft(rows, axis=0)[1:HARMONICS + 1] / len(rows)
+    spectrum = 2 * np.fft.rfft(rows, axis=0)[1 : HARMONICS + 1] / len(rows)
     return np.concatenate([bearing, spectrum.real, -spectrum.imag])
 
 
@@ -71,11 +73,12 @@ class Idle:
         self.bearing, self.amplitudes = rot.from_rotation_vector(loop[0, UPPER]), loop[1:].reshape(2 * HARMONICS, -1)
         self.captured = bool(loop.any())
         self.frame = np.zeros(())  # (...): a motion that is played at another rate breathes at that rate
-        self.easing = np.zeros((2, 3, 1))  # (..., 2, 3, 1) of the sway and of the bearing: share, its rate, wanted share
+        # (..., 2, 3, 1) of the sway and of the bearing: share, its rate, wanted share
+        self.easing = np.zeros((2, 3, 1))
 
     def step(self, standing: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rotations (..., 21, 4) in the root frame with the idle laid on them, and the hips' shift (..., 3); standing (...)
-        0..1."""
+        """Rotations (..., 21, 4) in the root frame with the idle laid on them, and the hips' shift (..., 3); standing
+        (...) 0..1."""
         self.frame = self.frame + 1
         self.easing[..., 2, 0] = np.asarray(standing)[..., None]
         self.easing[..., :2, :] = EASE @ self.easing

@@ -1,8 +1,8 @@
 """What goes into the controller's network and what comes out: names, sizes and order, in this one place.
 
-Everything is expressed in the root frame of its own instant. The input at frame t is the trajectory around t and the pose at t;
-the output is the pose at t + 1, the root's way from t to t + 1 (in the frame of t) and what the future looks like from t + 1.
-"""
+Everything is expressed in the root frame of its own instant. The input at frame t is the trajectory around t and the
+pose at t; the output is the pose at t + 1, the root's way from t to t + 1 (in the frame of t) and what the future looks
+like from t + 1."""
 
 import math
 
@@ -45,5 +45,6 @@ def slices(layout: dict[str, tuple[int, ...]]) -> dict[str, slice]:
 INPUT_SLICES, OUTPUT_SLICES = slices(INPUT), slices(OUTPUT)
 INPUT_SIZE = max(s.stop for s in INPUT_SLICES.values())
 OUTPUT_SIZE = max(s.stop for s in OUTPUT_SLICES.values())
-POSE = slice(INPUT_SLICES["positions"].start, INPUT_SIZE)  # the part of the input that the output's first entries become
+# the part of the input that the output's first entries become
+POSE = slice(INPUT_SLICES["positions"].start, INPUT_SIZE)
 POSE_SIZE = POSE.stop - POSE.start

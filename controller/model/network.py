@@ -1,4 +1,5 @@
-"""The phase-functioned neural network (Holden et al. 2017): three layers whose weights are a cyclic spline of the phase."""
+"""The phase-functioned neural network (Holden et al. 2017): three layers whose weights are a cyclic spline of the
+phase."""
 
 import math
 
@@ -15,17 +16,20 @@ CONTROL_POINTS = 4
 def spline_coefficients(phase: torch.Tensor) -> torch.Tensor:
     """How much each of the four control points counts at a phase in radians: (...) -> (..., 4).
 
-    The cyclic cubic Catmull-Rom spline of the paper, written as a weighting of control points: weights and layer outputs are
-    both linear in them, so blending outputs equals blending weights and costs a third."""
+    The cyclic cubic Catmull-Rom spline of the paper, written as a weighting of control points: weights and layer
+    outputs are both linear in them, so blending outputs equals blending weights and costs a third."""
     w = phase * (CONTROL_POINTS / (2 * math.pi))
     k1 = torch.floor(w)
     t = w - k1
-    basis = torch.stack([
-        -0.5 * t + t**2 - 0.5 * t**3,
-        1 - 2.5 * t**2 + 1.5 * t**3,
-        0.5 * t + 2 * t**2 - 1.5 * t**3,
-        -0.5 * t**2 + 0.5 * t**3,
-    ], dim=-1)
+    basis = torch.stack(
+        [
+            -0.5 * t + t**2 - 0.5 * t**3,
+            1 - 2.5 * t**2 + 1.5 * t**3,
+            0.5 * t + 2 * t**2 - 1.5 * t**3,
+            -0.5 * t**2 + 0.5 * t**3,
+        ],
+        dim=-1,
+    )
     points = (k1.long()[..., None] + torch.arange(-1, 3)) % CONTROL_POINTS
     return torch.zeros_like(basis).scatter(-1, points, basis)
 
@@ -50,8 +54,9 @@ class PhaseFunctionedNetwork(nn.Module):
 
     def __init__(self, hidden: int = 512, dropout: float = 0.0) -> None:
         super().__init__()
-        self.layers = nn.ModuleList([
-            PhaseLinear(INPUT_SIZE, hidden), PhaseLinear(hidden, hidden), PhaseLinear(hidden, OUTPUT_SIZE)])
+        self.layers = nn.ModuleList(
+            [PhaseLinear(INPUT_SIZE, hidden), PhaseLinear(hidden, hidden), PhaseLinear(hidden, OUTPUT_SIZE)]
+        )
         self.hidden = hidden
         self.dropout = dropout
         for name, size in (("input", INPUT_SIZE), ("output", OUTPUT_SIZE)):

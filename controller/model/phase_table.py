@@ -1,9 +1,9 @@
 """The network as it runs: its weights by phase, computed in advance (the precomputation of Holden et al. 2017, Sec. 6).
 
-One character's step takes as long as its weights take to come out of memory. Blending the outputs of the four control points
-reads all four sets; here sets lie ready all round the cycle, and the two beside the phase are read. From one to the next weights
-go in a straight line: the paper's nearest entry reads half as much, but leaves a step in the motion wherever it changes.
-"""
+One character's step takes as long as its weights take to come out of memory. Blending the outputs of the four control
+points reads all four sets; here sets lie ready all round the cycle, and the two beside the phase are read. From one to
+the next weights go in a straight line: the paper's nearest entry reads half as much, but leaves a step in the motion
+wherever it changes."""
 
 import math
 
@@ -19,15 +19,16 @@ FINE = 16  # places between two entries at which the straight lines are fitted t
 class PhaseTable:
     """Natural input and phase to natural output: one character by the table, a crowd by the four control points.
 
-    A crowd's phases lie all round the cycle. It reads all four sets of weights once for everyone, and blends what they give
-    with the table's own coefficients, so that each moves as it would alone."""
+    A crowd's phases lie all round the cycle. It reads all four sets of weights once for everyone, and blends what they
+    give with the table's own coefficients, so that each moves as it would alone."""
 
     def __init__(self, network: PhaseFunctionedNetwork, entries: int = ENTRIES) -> None:
         self.entries = entries
         self.network = network
         self.coefficients = fitted(entries)
         self.mean, self.deviation, self.output_mean, self.output_deviation = (
-            getattr(network, name).numpy() for name in ("input_mean", "input_std", "output_mean", "output_std"))
+            getattr(network, name).numpy() for name in ("input_mean", "input_std", "output_mean", "output_std")
+        )
         self.layers = [_tabulated(layer, self.coefficients) for layer in network.layers]
         # What goes into each layer: once for either entry, each with a 1 at its end that the bias is multiplied by.
         self._inputs = [np.ones((2, table.shape[1]), np.float32) for table in self.layers]
@@ -46,7 +47,7 @@ class PhaseTable:
         h = (x - self.mean) / self.deviation
         for i, (table, inputs) in enumerate(zip(self.layers, self._inputs)):
             inputs[:, :-1] = _elu(h) if i else h
-            h = (inputs * share).ravel() @ table[entry:entry + 2].reshape(-1, table.shape[2])
+            h = (inputs * share).ravel() @ table[entry : entry + 2].reshape(-1, table.shape[2])
         return h * self.output_deviation + self.output_mean
 
     @torch.inference_mode()
@@ -58,9 +59,11 @@ class PhaseTable:
 
 
 def fitted(entries: int) -> np.ndarray:
-    """How much each control point counts in each entry, (entries + 1, 4), the first once more at the end as the last's neighbour.
+    """How much each control point counts in each entry, (entries + 1, 4), the first once more at the end as the last's
+    neighbour.
 
-    The polygon round the cycle that is nearest to the spline: one with its corners on the spline would lie all to one side."""
+    The polygon round the cycle that is nearest to the spline: one with its corners on the spline would lie all to one
+    side."""
     place = np.arange(entries * FINE) / FINE
     hats = np.maximum(0, 1 - np.abs((place[:, None] - np.arange(entries) + entries / 2) % entries - entries / 2))
     spline = spline_coefficients(torch.from_numpy(place * (2 * math.pi / entries))).numpy()

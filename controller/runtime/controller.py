@@ -45,7 +45,8 @@ class PhaseFunctionedController:
         self.phase, self.body, self.idle = copy.deepcopy(self._start)
 
     def crowd(self, count: int) -> "PhaseFunctionedController":
-        """So many characters side by side at the start point, driven by `Commands`: one axis in front of every array."""
+        """So many characters side by side at the start point, driven by `Commands`: one axis in front of every
+        array."""
         many = copy.copy(self)
         many._leading = (count,)
         phase, body, idle = copy.deepcopy(self._start)
@@ -62,8 +63,8 @@ class PhaseFunctionedController:
     def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
         """The next neutral pose, or a crowd's, at the pace of styled legs.
 
-        At another playback rate the motion goes on by a frame only where the next one is due, or by two, and the pose in between
-        is interpolated."""
+        At another playback rate the motion goes on by a frame only where the next one is due, or by two, and the pose
+        in between is interpolated."""
         for moving in self.playback.advance(pace.rate):
             if np.all(moving):
                 self.playback.push(self._advance(command, pace), moving)
@@ -79,8 +80,8 @@ class PhaseFunctionedController:
         return self.playback.pose()
 
     def _advance(self, command: Command | Commands, pace: Pace) -> Pose:
-        """The pose of the network's next frame: wish, network, then root and phase follow the answer; the whole trajectory is
-        moved along by what styled legs carry the root farther than its own step."""
+        """The pose of the network's next frame: wish, network, then root and phase follow the answer; the whole
+        trajectory is moved along by what styled legs carry the root farther than its own step."""
         answer = self._ask(self.trajectory.samples(command, pace.speed))
         root = self.footing.step(answer["root"], answer["positions"], answer["contacts"])
         before = self.trajectory.position

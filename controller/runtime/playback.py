@@ -46,8 +46,10 @@ class Playback:
         weights = c * (c - 1) / 2, 1 - c * c, c * (c + 1) / 2
 
         def between(a: np.ndarray, b: np.ndarray, z: np.ndarray) -> np.ndarray:
-            return sum(np.asarray(w).reshape((*np.shape(c), *[1] * (np.ndim(z) - np.ndim(c)))) * value
-                       for w, value in zip(weights, (a, b, z)))
+            return sum(
+                np.asarray(w).reshape((*np.shape(c), *[1] * (np.ndim(z) - np.ndim(c)))) * value
+                for w, value in zip(weights, (a, b, z))
+            )
 
         def turning(angles: list[np.ndarray]) -> list[np.ndarray]:
             return [angles[-1] + rot.wrap_angle(angle - angles[-1]) for angle in angles]
@@ -67,8 +69,12 @@ class Playback:
 
 def _where(which: np.ndarray, one: Pose, other: Pose) -> Pose:
     """Some characters (...) of one pose, the rest of another."""
-    return Pose(*(np.where(np.reshape(which, (*np.shape(which), *[1] * (np.ndim(a) - np.ndim(which)))), a, b)
-                  for a, b in ((getattr(one, f.name), getattr(other, f.name)) for f in fields(Pose))))
+    return Pose(
+        *(
+            np.where(np.reshape(which, (*np.shape(which), *[1] * (np.ndim(a) - np.ndim(which)))), a, b)
+            for a, b in ((getattr(one, f.name), getattr(other, f.name)) for f in fields(Pose))
+        )
+    )
 
 
 def keep(before: object, after: object, moved: np.ndarray) -> None:

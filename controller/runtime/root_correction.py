@@ -14,22 +14,25 @@ LIFTED, PLANTED = 0.4, 0.8  # contact under which a joint tells nothing of the f
 
 
 class RootCorrection:
-    """A network's root and feet never agree quite; where a foot stands, the foot is right. Any leading axes, of a crowd."""
+    """A network's root and feet never agree quite; where a foot stands, the foot is right. Any leading axes, of a
+    crowd."""
 
     def __init__(self) -> None:
         self.feet: np.ndarray | None = None  # (..., 4, 2) of the last frame, in its root frame
         self.slide = np.zeros(2)
 
     def step(self, root: np.ndarray, positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
-        """The root's step (..., 3): sideways, forward, turn; with the slide taken back. positions (..., 21, 3), contacts
-        (..., 4)."""
+        """The root's step (..., 3): sideways, forward, turn; with the slide taken back. positions (..., 21, 3),
+        contacts (..., 4)."""
         feet = positions[..., CONTACT_JOINTS, ::2]
         now = root[..., None, :2] + turned(feet, root[..., 2])  # where they are in the root frame of the last frame
         held = ramp(contacts, LIFTED, PLANTED)
         moved = now - (now if self.feet is None else self.feet)
         weight = held * (held.max(axis=-1) / np.maximum(held.sum(axis=-1), 1e-9))[..., None]
         self.feet = feet
-        self.slide = self.slide + (np.vecdot(weight[..., None], moved, axis=-2) - self.slide) * (1 - decay(HALFLIFE, 1 / FPS))
+        self.slide = self.slide + (np.vecdot(weight[..., None], moved, axis=-2) - self.slide) * (
+            1 - decay(HALFLIFE, 1 / FPS)
+        )
         result = root.copy()
         result[..., :2] -= SHARE * self.slide
         return result

@@ -28,11 +28,23 @@ _PLACE, _FACING, _GAIT = slice(0, 2), 2, slice(3, 3 + len(GAITS))  # columns of 
 _ROOT = slice(0, 3)
 _PRESENT, _FUTURE = slice(0, -len(FUTURE)), slice(-len(FUTURE), None)  # of the samples: up to now, and to come
 # Springs as matrices (sim.math.springs.response): a frame's step of body and turning, then the future they lead to.
-_STEP_MOVE, _FUTURE_MOVES = map(np.stack, zip(*((
-    np.concatenate([response(spring_travel, halflife, DT), response(spring_step, halflife, DT)]),
-    np.concatenate([response(spring_travel, halflife, _AHEAD),
-                    response(spring_step, halflife, _NOW_AND_AHEAD)[:len(_NOW_AND_AHEAD)]]),
-) for halflife in (STOP_HALFLIFE, VELOCITY_HALFLIFE))))
+_STEP_MOVE, _FUTURE_MOVES = map(
+    np.stack,
+    zip(
+        *(
+            (
+                np.concatenate([response(spring_travel, halflife, DT), response(spring_step, halflife, DT)]),
+                np.concatenate(
+                    [
+                        response(spring_travel, halflife, _AHEAD),
+                        response(spring_step, halflife, _NOW_AND_AHEAD)[: len(_NOW_AND_AHEAD)],
+                    ]
+                ),
+            )
+            for halflife in (STOP_HALFLIFE, VELOCITY_HALFLIFE)
+        )
+    ),
+)
 _STEP_TURN = response(spring_step, FACING_HALFLIFE, DT)
 _FUTURE_TURNS = response(spring_step, FACING_HALFLIFE, _NOW_AND_AHEAD)
 
@@ -40,14 +52,15 @@ _FUTURE_TURNS = response(spring_step, FACING_HALFLIFE, _NOW_AND_AHEAD)
 class Trajectory:
     """The root, a second of its past, its expected future, and the simulated body that the stick drives by springs.
 
-    Positions (..., 2) are world x, z in metres; facings (...) are yaw in radians, never wrapped. The leading axes are those of
-    a crowd: none for one character."""
+    Positions (..., 2) are world x, z in metres; facings (...) are yaw in radians, never wrapped. The leading axes are
+    those of a crowd: none for one character."""
 
     def __init__(self, crowd: tuple[int, ...] = ()) -> None:
         self.position, self.facing = np.zeros((*crowd, 2)), np.zeros(crowd)
         self.past = np.zeros((*crowd, _PAST + 1, _GAIT.stop))  # rows of the root, oldest first, the present last
         self.past[..., _GAIT] = label_gait(np.zeros(2), np.zeros(()))
-        # x, z, yaw at the samples to come: what the network expects, and the last wish, what the stick asks by springs alone.
+        # x, z, yaw at the samples to come: what the network expects, and the last wish, what the stick asks by springs
+        # alone.
         self.expected, self.wished = np.zeros((2, *crowd, len(FUTURE), 3))
         self.simulated = np.zeros((*crowd, 2))
         self._moving = np.zeros((*crowd, 3, 2))  # of the simulated body: velocity, acceleration, wanted velocity
@@ -70,8 +83,8 @@ class Trajectory:
         return self.past[..., -1, _GAIT.start + GAITS.index("stand")]
 
     def samples(self, command: Command | Commands, speed: np.ndarray | float = 1.0) -> dict[str, np.ndarray]:
-        """Moves the simulated body by a frame; the network's trajectory input (layout.INPUT) in the root frame. speed: what the
-        desired velocity is multiplied by."""
+        """Moves the simulated body by a frame; the network's trajectory input (layout.INPUT) in the root frame. speed:
+        what the desired velocity is multiplied by."""
         rows = np.empty((*self.position.shape[:-1], len(OFFSETS), _GAIT.stop))
         rows[..., _PRESENT, :] = self.past[..., ::SAMPLE_STEP, :]
         rows[..., _FUTURE, _GAIT] = self._wish(command, speed)
@@ -86,8 +99,10 @@ class Trajectory:
         }
 
     def follow(self, step: np.ndarray, future_positions: np.ndarray, future_directions: np.ndarray) -> None:
-        """Moves the root by the network's step (..., 3), sideways, forward, turn, and keeps what it expects from there."""
-        # Where the player and the network's own step both say stand, the root stays: a network never answers quite zero.
+        """Moves the root by the network's step (..., 3), sideways, forward, turn, and keeps what it expects from
+        there."""
+        # Where the player and the network's own step both say stand, the root stays: a network never answers quite
+        # zero.
         pace = FPS * np.maximum(np.hypot(step[..., 0], step[..., 1]), np.abs(step[..., 2]) * TURN_RADIUS)
         step = step * (1 - self.gait[..., 0] * (1 - ramp(pace, *CREEP)))[..., None]
         self.position = self.position + turned(step[..., None, :2], self.facing)[..., 0, :]
@@ -117,9 +132,9 @@ class Trajectory:
         self._turning[..., 2] = self._wanted_facing(command.heading)
         self._turning[..., :2] = self._turning @ _STEP_TURN.T
         turns = self._turning @ _FUTURE_TURNS.T
-        self.wished[..., _PLACE] = self.simulated[..., None, :] + moves[..., :len(FUTURE), :]
-        self.wished[..., _FACING] = turns[..., 1:len(_NOW_AND_AHEAD)]
-        gaits = label_gait(moves[..., len(FUTURE):, :], turns[..., len(_NOW_AND_AHEAD):])
+        self.wished[..., _PLACE] = self.simulated[..., None, :] + moves[..., : len(FUTURE), :]
+        self.wished[..., _FACING] = turns[..., 1 : len(_NOW_AND_AHEAD)]
+        gaits = label_gait(moves[..., len(FUTURE) :, :], turns[..., len(_NOW_AND_AHEAD) :])
         self.gait = gaits[..., 0, :]
         return gaits[..., 1:, :]
 

@@ -1,4 +1,5 @@
-"""Hands that do not flip: of all axes that a network answers a hand's are the least certain, where captures disagree most."""
+"""Hands that do not flip: of all axes that a network answers a hand's are the least certain, where captures disagree
+most."""
 
 import math
 

@@ -23,8 +23,8 @@ TURN_RATES = (0.0, 0.8, -0.8)  # radians a second of the ways that it is laid al
 
 @dataclass(frozen=True)
 class _Cycle:
-    """A cycle of n frames whose end meets its start. In the root frame: hips (n, 3), global rotations (n, 21, 4). The root's
-    way: steps (n, 3), straight ahead on the whole, and swing (n,), how far its facing is off the mean."""
+    """A cycle of n frames whose end meets its start. In the root frame: hips (n, 3), global rotations (n, 21, 4). The
+    root's way: steps (n, 3), straight ahead on the whole, and swing (n,), how far its facing is off the mean."""
 
     hips: np.ndarray
     rotations: np.ndarray
@@ -32,19 +32,21 @@ class _Cycle:
     swing: np.ndarray
 
     def along(self, turn_rate: float) -> tuple[np.ndarray, np.ndarray]:
-        """Over and over for SECONDS along a way that turns by so many radians a second: hips (frames, 3) and local rotations
-        (frames, 21, 4) in the world."""
+        """Over and over for SECONDS along a way that turns by so many radians a second: hips (frames, 3) and local
+        rotations (frames, 21, 4) in the world."""
         which = np.arange(round(SECONDS * FPS)) % len(self.hips)
         heading = turn_rate / FPS * np.arange(len(which))
         places = np.cumsum(rot.rotate(rot.from_yaw(heading), self.steps[which]), axis=0)
         to_world = rot.from_yaw(heading + self.swing[which])
-        return (places + rot.rotate(to_world, self.hips[which]),
-                to_local(rot.multiply(to_world[:, None], self.rotations[which])))
+        return (
+            places + rot.rotate(to_world, self.hips[which]),
+            to_local(rot.multiply(to_world[:, None], self.rotations[which])),
+        )
 
 
 def loops(clip: Clip) -> list[Clip]:
-    """Clips of SECONDS of steady running from a grounded 60 Hz clip: its best cycle along each of TURN_RATES; none where no
-    cycle closes."""
+    """Clips of SECONDS of steady running from a grounded 60 Hz clip: its best cycle along each of TURN_RATES; none
+    where no cycle closes."""
     positions = clip.positions()
     root = root_frame(positions)
     found = _best_cycle(positions, label_phase(positions, foot_contacts(clip)), root)
@@ -55,7 +57,8 @@ def loops(clip: Clip) -> list[Clip]:
 
 
 def _best_cycle(positions: np.ndarray, phase: np.ndarray, root: RootFrame) -> tuple[int, int] | None:
-    """First frame, and last, which is the first again, of the cycle of steady running that closes best; None without one."""
+    """First frame, and last, which is the first again, of the cycle of steady running that closes best; None without
+    one."""
     turns = np.arange(np.ceil(phase[0] / (2 * np.pi)), np.floor(phase[-1] / (2 * np.pi)) + 0.5) * 2 * np.pi
     strikes = np.searchsorted(phase, turns)
     local = rot.rotate(rot.from_yaw(-root.facing)[:, None], positions - root.positions[:, None])
@@ -73,22 +76,25 @@ def _best_cycle(positions: np.ndarray, phase: np.ndarray, root: RootFrame) -> tu
 def _is_straight_run(root: RootFrame, a: int, b: int) -> bool:
     """Whether the root runs straight ahead from frame a to b."""
     way = root.positions[b] - root.positions[a]
-    return (np.linalg.norm(way) * FPS / (b - a) > SPEED
-            and abs(rot.wrap_angle(rot.yaw_of(way) - root.facing[a:b].mean())) < STRAIGHT
-            and abs(root.facing[b] - root.facing[a]) < STRAIGHT)
+    return (
+        np.linalg.norm(way) * FPS / (b - a) > SPEED
+        and abs(rot.wrap_angle(rot.yaw_of(way) - root.facing[a:b].mean())) < STRAIGHT
+        and abs(root.facing[b] - root.facing[a]) < STRAIGHT
+    )
 
 
 def _closed(clip: Clip, root: RootFrame, a: int, b: int) -> _Cycle:
     """Frames a to b, the gap between them closed little by little along the way."""
-    to_root = rot.from_yaw(-root.facing[a:b + 1])
-    hips = rot.rotate(to_root, clip.hips[a:b + 1] - root.positions[a:b + 1])
-    rotations = rot.multiply(to_root[:, None], clip[a:b + 1].global_rotations())
+    to_root = rot.from_yaw(-root.facing[a : b + 1])
+    hips = rot.rotate(to_root, clip.hips[a : b + 1] - root.positions[a : b + 1])
+    rotations = rot.multiply(to_root[:, None], clip[a : b + 1].global_rotations())
     share = np.arange(b - a) / (b - a)
     gap = rot.to_rotation_vector(rot.multiply(rotations[0], rot.inverse(rotations[-1])))
-    way = np.diff(root.positions[a:b + 1], axis=0)
+    way = np.diff(root.positions[a : b + 1], axis=0)
     swing = root.facing[a:b] - root.facing[a] - share * (root.facing[b] - root.facing[a])
     return _Cycle(
         hips=hips[:-1] + share[:, None] * (hips[0] - hips[-1]),
         rotations=rot.multiply(rot.from_rotation_vector(share[:, None, None] * gap), rotations[:-1]),
         steps=rot.rotate(rot.from_yaw(-rot.yaw_of(way.mean(axis=0))), way),  # in the cycle's own rhythm
-        swing=swing - swing.mean())
+        swing=swing - swing.mean(),
+    )

@@ -22,18 +22,24 @@ from sim.motion.clip import FPS, Clip, RootFrame, root_frame
 from sim.motion.contacts import foot_contacts
 from sim.retarget.retarget import clip_of
 
-# Clips that a neutral walker should not learn from: not locomotion, walks in a style of their own, or captures whose feet are
-# broken (CMU 69_35, the ACCAD man's runs: a foot points backward, hips run at knee height). Matched against the path.
+# Clips that a neutral walker should not learn from: not locomotion, walks in a style of their own, or captures whose
+# feet are broken (CMU 69_35, the ACCAD man's runs: a foot points backward, hips run at knee height). Matched against
+# the path.
 NOT_NEUTRAL = re.compile(
     r"bandai-namco|snu-tennis|cmu13-|cmu91|cmu131|zombie|quaternius|Box|Lie|Crawl|Crouch|Skip|Hop|Leap|Jump|CartWheel|Random|Urban|Conversation|Wait|Look|Sway|Swing"
-    r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR|69_35|Male1_C(0[3-9]|1)")
+    r"|Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong|_style_|low_walk|wide_ext|lineup|Neutral_TR|69_35|Male1_C(0[3-9]|1)"
+)
 HELD_OUT_SHARE = 0.1
 MINIMUM_SECONDS = 0.7
-# At which pace and with strides how much longer a clip is learned, by kind of movement: captured strafing and backing is
-# leisurely and captured running all but a sprint, while the stick asks for every speed in between.
-PACES = {"forward walk": ((1.0, 1.0), (1.3, 1.0)), "strafing and backing": ((1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
-         "run": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0)), "loop": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0), (1.1, 1.15)),
-         "stand": ((1.0, 1.0),)}
+# At which pace and with strides how much longer a clip is learned, by kind of movement: captured strafing and backing
+# is leisurely and captured running all but a sprint, while the stick asks for every speed in between.
+PACES = {
+    "forward walk": ((1.0, 1.0), (1.3, 1.0)),
+    "strafing and backing": ((1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
+    "run": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0)),
+    "loop": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0), (1.1, 1.15)),
+    "stand": ((1.0, 1.0),),
+}
 # How fast, in metres a second, a quicker clip may become.
 FASTEST = {"forward walk": 2.4, "strafing and backing": 1.9, "run": math.inf, "loop": 4.5, "stand": math.inf}
 MOVING = 0.3  # metres a second over which a frame counts as movement
@@ -45,9 +51,8 @@ class Frames:
     """Frames of all clips end to end; entry t and t + 1 follow each other where `last` is False.
 
     inputs (N, INPUT_SIZE), targets (N, OUTPUT_SIZE): the frame after, as the network should answer; phase (N,) radians;
-    weight (N,) how often to draw it; held_out (N,) bool; last (N,) bool: the clip's last usable frame; clip (N,) index into
-    `names`, the clips' names.
-    """
+    weight (N,) how often to draw it; held_out (N,) bool; last (N,) bool: the clip's last usable frame; clip (N,) index
+    into `names`, the clips' names."""
 
     inputs: np.ndarray
     targets: np.ndarray
@@ -79,13 +84,20 @@ def frames_of(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         "rotations": rot.to_6d(rot.multiply(to_root[:, None], clip.global_rotations())),
         "contacts": contacts,
     }
-    source = {name: value[now] for name, value in {**_ways(root, OFFSETS, "trajectory"), **pose}.items() if name in INPUT_SLICES}
+    source = {
+        name: value[now]
+        for name, value in {**_ways(root, OFFSETS, "trajectory"), **pose}.items()
+        if name in INPUT_SLICES
+    }
     step = rot.rotate(to_root[now], root.positions[following] - root.positions[now])
     target = {name: value[following] for name, value in {**pose, **_ways(root, FUTURE, "future")}.items()}
     target["root"] = np.stack([step[:, 0], step[:, 2], np.diff(root.facing)], axis=-1)
     target["phase"] = np.diff(phase)[:, None]
-    return (_flat(source, INPUT_SLICES, INPUT_SIZE), _flat(target, OUTPUT_SLICES, OUTPUT_SIZE),
-            np.mod(phase[now], 2 * np.pi).astype(np.float32))
+    return (
+        _flat(source, INPUT_SLICES, INPUT_SIZE),
+        _flat(target, OUTPUT_SLICES, OUTPUT_SIZE),
+        np.mod(phase[now], 2 * np.pi).astype(np.float32),
+    )
 
 
 def _ways(root: RootFrame, offsets: tuple[int, ...], prefix: str) -> dict[str, np.ndarray]:
@@ -94,14 +106,19 @@ def _ways(root: RootFrame, offsets: tuple[int, ...], prefix: str) -> dict[str, n
     frames = len(root.facing)
     at = np.arange(frames)[:, None] + np.array(offsets)
     inside = np.clip(at, 0, frames - 1)
-    first, last = (root.positions[min(3, frames - 1)] - root.positions[0]) / 3, (root.positions[-1] - root.positions[-4]) / 3
+    first, last = (
+        (root.positions[min(3, frames - 1)] - root.positions[0]) / 3,
+        (root.positions[-1] - root.positions[-4]) / 3,
+    )
     there = root.positions[inside] + np.where((at < 0)[..., None], first, last) * (at - inside)[..., None]
     local = rot.rotate(rot.from_yaw(-root.facing)[:, None], there - root.positions[:, None])
     angle = root.facing[inside] - root.facing[:, None]
     velocity, turn_rate = np.gradient(root.positions[:, [0, 2]], 1 / FPS, axis=0), np.gradient(root.facing, 1 / FPS)
-    return {f"{prefix}_positions": local[..., [0, 2]],
-            f"{prefix}_directions": np.stack([np.sin(angle), np.cos(angle)], axis=-1),
-            f"{prefix}_gaits": label_gait(velocity, turn_rate)[inside]}
+    return {
+        f"{prefix}_positions": local[..., [0, 2]],
+        f"{prefix}_directions": np.stack([np.sin(angle), np.cos(angle)], axis=-1),
+        f"{prefix}_gaits": label_gait(velocity, turn_rate)[inside],
+    }
 
 
 def _flat(parts: dict[str, np.ndarray], where: dict[str, slice], size: int) -> np.ndarray:
@@ -164,8 +181,11 @@ def _frames(clip: Clip) -> list[tuple]:
     paced = []
     for kind, source in sources:
         speed = typical_speed(source)
-        paced += [strided(source, stride).paced(pace) for pace, stride in PACES[kind]
-                  if pace * stride <= 1 or pace * stride * speed < FASTEST[kind]]
+        paced += [
+            strided(source, stride).paced(pace)
+            for pace, stride in PACES[kind]
+            if pace * stride <= 1 or pace * stride * speed < FASTEST[kind]
+        ]
     return [frames_of(side) for one in paced for side in (one, one.mirrored())]
 
 
@@ -200,7 +220,8 @@ def feet_can_be_trusted(clip: Clip) -> bool:
 
 
 def load_folder(folder: Path, workers: int = 2) -> Frames:
-    """The frames of all neutral locomotion under a folder of BVH files. Raises ValueError if nothing in it can be used."""
+    """The frames of all neutral locomotion under a folder of BVH files. Raises ValueError if nothing in it can be
+    used."""
     paths, sources = load_clips(folder, workers)
     if not paths:
         raise ValueError(f"no usable BVH file under '{folder}': put walking, running and standing clips there")
@@ -217,16 +238,22 @@ def load_folder(folder: Path, workers: int = 2) -> Frames:
 
 
 def balance(inputs: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Sampling weights (N,): kinds of movement that are rare in the data are drawn more often, by the root of their rarity.
+    """Sampling weights (N,): kinds of movement that are rare in the data are drawn more often, by the root of their
+    rarity.
 
-    A kind is a cell of speed, direction of travel against the facing, and turn rate, so that two minutes of running are not
-    drowned by an hour of walking and strafing counts beside walking straight."""
+    A kind is a cell of speed, direction of travel against the facing, and turn rate, so that two minutes of running are
+    not drowned by an hour of walking and strafing counts beside walking straight."""
     root = targets[:, OUTPUT_SLICES["root"]] * FPS
     speed = np.hypot(root[:, 0], root[:, 1])
     direction = np.where(speed > 0.2, np.abs(np.arctan2(root[:, 0], root[:, 1])), 0.0)
-    cell = np.stack([np.digitize(speed, (0.15, 0.5, 0.9, 1.3, 1.8, 2.5, 3.2, 4.0)),
-                     np.digitize(direction, np.radians((25, 65, 115, 155))),
-                     np.digitize(np.abs(root[:, 2]), (0.4, 1.2, 2.5))], axis=-1)
+    cell = np.stack(
+        [
+            np.digitize(speed, (0.15, 0.5, 0.9, 1.3, 1.8, 2.5, 3.2, 4.0)),
+            np.digitize(direction, np.radians((25, 65, 115, 155))),
+            np.digitize(np.abs(root[:, 2]), (0.4, 1.2, 2.5)),
+        ],
+        axis=-1,
+    )
     _, kind, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
     weight = 1 / np.sqrt(np.maximum(count[kind.ravel()], 500))
     return weight / weight.sum()

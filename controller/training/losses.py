@@ -1,4 +1,5 @@
-"""What the controller's training minimises: how far an answer is from the frame that followed, number by number and as a body."""
+"""What the controller's training minimises: how far an answer is from the frame that followed, number by number and as
+a body."""
 
 import torch
 from torch.nn import functional as F
@@ -7,10 +8,17 @@ from controller.model.io_layout import OUTPUT_SLICES
 from sim.body.skeleton import ANCESTORS, BONE_OFFSETS, CONTACT_JOINTS, JOINT_COUNT, PARENTS
 from sim.motion.clip import FPS
 
-# What each loss counts. Of a part of the output: mean absolute error in standard deviations, of the contacts cross-entropy.
+# What each loss counts. Of a part of the output: mean absolute error in standard deviations, of the contacts
+# cross-entropy.
 WEIGHTS = {
-    "positions": 1.0, "velocities": 0.5, "rotations": 1.0, "root": 2.0, "phase": 1.0,
-    "future_positions": 0.5, "future_directions": 0.5, "contacts": 0.2,
+    "positions": 1.0,
+    "velocities": 0.5,
+    "rotations": 1.0,
+    "root": 2.0,
+    "phase": 1.0,
+    "future_positions": 0.5,
+    "future_directions": 0.5,
+    "contacts": 0.2,
     "skeleton": 10.0,  # per metre, on joints placed by the rotations alone: what is drawn
     "slide": 1.0,  # per metre a second, on the way of ankles and toes over the floor
     "way": 0.5,  # per metre a second, on that of all joints from frame to frame: what jitters has the wrong one
@@ -18,13 +26,14 @@ WEIGHTS = {
 PLANTED_WEIGHT = 8.0  # how much more a slide counts while the joint is planted
 
 
-def losses_of(y: torch.Tensor, target: torch.Tensor, deviation: torch.Tensor, misplaced: torch.Tensor,
-              astray: torch.Tensor) -> dict[str, torch.Tensor]:
+def losses_of(
+    y: torch.Tensor, target: torch.Tensor, deviation: torch.Tensor, misplaced: torch.Tensor, astray: torch.Tensor
+) -> dict[str, torch.Tensor]:
     """Their weighted sum, as `loss`, and every loss of WEIGHTS, for outputs and targets (batch, OUTPUT_SIZE).
 
-    deviation (OUTPUT_SIZE,): the outputs' standard deviations. misplaced (batch, 21, 3) metres: how far the joints are from
-    where they should be; astray (batch, 21, 3) metres: how far their way over the floor in this frame is from what it
-    should be."""
+    deviation (OUTPUT_SIZE,): the outputs' standard deviations. misplaced (batch, 21, 3) metres: how far the joints are
+    from where they should be; astray (batch, 21, 3) metres: how far their way over the floor in this frame is from what
+    it should be."""
     error = (y - target).abs() / deviation
     contacts = OUTPUT_SLICES["contacts"]
     losses = {name: error[:, where].mean() for name, where in OUTPUT_SLICES.items() if name != "contacts"}

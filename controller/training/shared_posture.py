@@ -1,8 +1,10 @@
-"""One posture for all actors: each actor's upper body is turned, joint by joint, so that it walks in the posture that all share.
+"""One posture for all actors: each actor's upper body is turned, joint by joint, so that it walks in the posture that
+all share.
 
-Actors carry their shoulders differently, and captures disagree by a quarter turn and more about how far a forearm or a hand is
-rolled. A network that learns them all walks in the posture of whichever actor its last pose resembles: the same walk then looks
-different after a run than after a stand. Legs keep their capture, because the planted feet depend on them."""
+Actors carry their shoulders differently, and captures disagree by a quarter turn and more about how far a forearm or a
+hand is rolled. A network that learns them all walks in the posture of whichever actor its last pose resembles: the same
+walk then looks different after a run than after a stand. Legs keep their capture, because the planted feet depend on
+them."""
 
 from collections import defaultdict
 from dataclasses import dataclass, replace
@@ -24,7 +26,8 @@ MEDIAN_STEPS, NEAR = 50, 0.02  # of Weiszfeld's iteration, and the distance in r
 
 @dataclass(frozen=True)
 class Walk:
-    """The sum of the 6-D rotations (21, 6) in the root frame over the frames of a clip that walk straight, and their number."""
+    """The sum of the 6-D rotations (21, 6) in the root frame over the frames of a clip that walk straight, and their
+    number."""
 
     total: np.ndarray
     frames: int
@@ -34,8 +37,12 @@ def measure_walk(clip: Clip) -> Walk:
     """How a clip walks."""
     root = root_frame(clip.positions())
     velocity = root.local_velocity()
-    straight = ((velocity[:, 2] > WALK_SPEED[0]) & (velocity[:, 2] < WALK_SPEED[1]) & (np.abs(velocity[:, 0]) < STRAIGHT[0])
-                & (np.abs(np.gradient(root.facing, 1 / FPS)) < STRAIGHT[1]))
+    straight = (
+        (velocity[:, 2] > WALK_SPEED[0])
+        & (velocity[:, 2] < WALK_SPEED[1])
+        & (np.abs(velocity[:, 0]) < STRAIGHT[0])
+        & (np.abs(np.gradient(root.facing, 1 / FPS)) < STRAIGHT[1])
+    )
     rotations = rot.multiply(rot.from_yaw(-root.facing[straight])[:, None], clip.global_rotations()[straight])
     return Walk(rot.to_6d(rotations).sum(axis=0), int(straight.sum()))
 
@@ -45,8 +52,11 @@ def share_posture(clips: Sequence[Clip], actors: Sequence[Hashable]) -> list[Cli
     walks: dict[Hashable, list[Walk]] = defaultdict(list)
     for clip, actor in zip(clips, actors, strict=True):
         walks[actor].append(measure_walk(clip))
-    postures = {actor: rot.from_6d(sum(walk.total for walk in each)) for actor, each in walks.items()
-                if sum(walk.frames for walk in each) >= SHORTEST_WALK}
+    postures = {
+        actor: rot.from_6d(sum(walk.total for walk in each))
+        for actor, each in walks.items()
+        if sum(walk.frames for walk in each) >= SHORTEST_WALK
+    }
     if len(postures) < 2:
         return list(clips)
     shared = median_rotations([side for posture in postures.values() for side in (posture, _mirror_posture(posture))])
@@ -55,8 +65,8 @@ def share_posture(clips: Sequence[Clip], actors: Sequence[Hashable]) -> list[Cli
 
 
 def median_rotations(rotations: Sequence[np.ndarray]) -> np.ndarray:
-    """The rotations (21, 4) whose summed angles to rotations, (21, 4) each, are smallest: the geodesic median, which a few odd
-    ones do not move (Weiszfeld's iteration, started from each of them)."""
+    """The rotations (21, 4) whose summed angles to rotations, (21, 4) each, are smallest: the geodesic median, which a
+    few odd ones do not move (Weiszfeld's iteration, started from each of them)."""
     each = np.array(rotations)
     median, least = each[0], np.full(each.shape[1], np.inf)
     for start in each:
@@ -82,8 +92,8 @@ def _mirror_posture(posture: np.ndarray) -> np.ndarray:
 
 
 def _apply_turns(clip: Clip, turns: np.ndarray) -> Clip:
-    """The clip with the global rotations of UPPER followed, in each joint's own axes, by turns (21, 4); the point between the
-    hip joints, and with it the legs, stay where they are."""
+    """The clip with the global rotations of UPPER followed, in each joint's own axes, by turns (21, 4); the point
+    between the hip joints, and with it the legs, stay where they are."""
     before = clip.global_rotations()
     after = before.copy()
     after[:, UPPER] = rot.multiply(before[:, UPPER], turns[UPPER])

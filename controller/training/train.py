@@ -22,7 +22,8 @@ from sim.io.provenance import commit, credit
 BATCH = 2048  # frames an update, however long the rollouts
 LEARNING_RATE = 1e-3
 DECAY_FROM = 0.1  # share of the time after which the learning rate falls along a cosine
-LAST_RATE = 0.4  # of it that is left at the end: what was trained on to nothing fitted the clips better and walked worse
+# of it that is left at the end: what was trained on to nothing fitted the clips better and walked worse
+LAST_RATE = 0.4
 AVERAGE = 0.999  # of the weights, exponentially
 ROLLOUTS = ((0.0, 1), (0.1, 4), (0.3, 8))  # from which share of the time on, rollouts of how many frames
 POSE_SCALE = 0.3  # joint inputs are scaled down so that the trajectory matters (Holden et al. 2017 take 0.1)
@@ -33,13 +34,14 @@ HALF_PRECISION_UNTIL = 0.8  # share of the time that runs in bf16 where the chip
 CHECKPOINT_SECONDS = 180
 
 
-def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1,
-          start: Path | None = None) -> Path:
+def train(
+    data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1, start: Path | None = None
+) -> Path:
     """Trains on every neutral clip under data_dir and writes weights, checkpoint and curve under out_dir.
 
-    Stops after `minutes` of training in all; `resume` goes on from the checkpoint exactly where it stopped, random numbers
-    included; `start` is a weight file to begin with instead of chance. Returns the weight file's path. Raises ValueError where
-    the folder holds nothing to learn from."""
+    Stops after `minutes` of training in all; `resume` goes on from the checkpoint exactly where it stopped, random
+    numbers included; `start` is a weight file to begin with instead of chance. Returns the weight file's path. Raises
+    ValueError where the folder holds nothing to learn from."""
     out_dir.mkdir(parents=True, exist_ok=True)
     begun = load(start.stem, start.parent) if start else None
     trainer = Trainer(_cached(data_dir, out_dir / "frames.npz"), seed, start=begun)
@@ -66,7 +68,9 @@ def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = Fal
 class Trainer:
     """Network, optimiser, random numbers and clock: everything that a resumed run needs."""
 
-    def __init__(self, frames: Frames, seed: int = 1, hidden: int = 512, start: PhaseFunctionedNetwork | None = None) -> None:
+    def __init__(
+        self, frames: Frames, seed: int = 1, hidden: int = 512, start: PhaseFunctionedNetwork | None = None
+    ) -> None:
         """start: a trained network to begin with, whose size counts."""
         torch.manual_seed(seed)
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -78,7 +82,8 @@ class Trainer:
         set_statistics(self.network, frames)
         self.network.to(self.device)
         self.average = torch.optim.swa_utils.AveragedModel(
-            self.network, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE))
+            self.network, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(AVERAGE)
+        )
         self.optimizer = torch.optim.AdamW(self.network.parameters(), LEARNING_RATE, weight_decay=1e-4)
         self.spent = 0.0
         self.history: list[dict[str, float]] = []
@@ -89,12 +94,14 @@ class Trainer:
         self.skeleton = Skeleton().to(self.device)
 
     def update(self, progress: float) -> dict[str, float]:
-        """One step of the optimiser; progress 0..1 sets rollout length and learning rate. Returns the losses by name."""
+        """One step of the optimiser; progress 0..1 sets rollout length and learning rate. Returns the losses by
+        name."""
         start = time.perf_counter()
         progress = self.begun + (1 - self.begun) * progress
         decay = max(0.0, (progress - DECAY_FROM) / (1 - DECAY_FROM))
         self.optimizer.param_groups[0]["lr"] = LEARNING_RATE * (
-            LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + math.cos(math.pi * min(decay, 1.0))))
+            LAST_RATE + (1 - LAST_RATE) * 0.5 * (1 + math.cos(math.pi * min(decay, 1.0)))
+        )
         length = [n for share, n in ROLLOUTS if progress >= share][-1]
         starts = self.split["train"].draw(self.random, length, BATCH // length)
         half = has_fast_bf16(self.device) and progress < HALF_PRECISION_UNTIL
@@ -110,9 +117,11 @@ class Trainer:
         self.spent += time.perf_counter() - start
         return result
 
-    def rollout(self, starts: np.ndarray, length: int, noise: bool,
-                network: PhaseFunctionedNetwork | None = None) -> dict[str, torch.Tensor]:
-        """Losses over `length` frames from each start, pose and phase fed back as at run time, the trajectory from the data.
+    def rollout(
+        self, starts: np.ndarray, length: int, noise: bool, network: PhaseFunctionedNetwork | None = None
+    ) -> dict[str, torch.Tensor]:
+        """Losses over `length` frames from each start, pose and phase fed back as at run time, the trajectory from the
+        data.
 
         network: another than the one in training."""
         network = network or self.network
@@ -121,13 +130,13 @@ class Trainer:
         for t in range(length):
             x, target = self.inputs[starts + t].to(self.device), self.targets[starts + t].to(self.device)
             if noise:
-                x[:, :POSE.start] += TRAJECTORY_NOISE * torch.randn_like(x[:, :POSE.start])
+                x[:, : POSE.start] += TRAJECTORY_NOISE * torch.randn_like(x[:, : POSE.start])
             if t == 0:
                 pose = x[:, POSE]
                 if noise:
                     pose = pose + POSE_NOISE * POSE_SCALE * network.input_std[POSE] * torch.randn_like(pose)
-                before = truth_before = pose[:, :3 * JOINT_COUNT].view(-1, JOINT_COUNT, 3)
-            y = network(torch.cat([x[:, :POSE.start], pose], dim=1), phase)
+                before = truth_before = pose[:, : 3 * JOINT_COUNT].view(-1, JOINT_COUNT, 3)
+            y = network(torch.cat([x[:, : POSE.start], pose], dim=1), phase)
             pose = y[:, :POSE_SIZE]
             phase = torch.remainder(phase + y[:, OUTPUT_SLICES["phase"]][:, 0], 2 * math.pi)
             joints, truth = self.skeleton(y), self.skeleton(target)
@@ -139,9 +148,13 @@ class Trainer:
 
     @torch.no_grad()
     def log(self, path: Path) -> None:
-        """Appends the mean training losses since the last line, and the averaged weights' on held-out clips, to a CSV."""
+        """Appends the mean training losses since the last line, and the averaged weights' on held-out clips, to a
+        CSV."""
         recent = self.history[-500:]
-        row = {"minutes": self.spent / 60, **{f"train_{name}": np.mean([h[name] for h in recent]) for name in recent[-1]}}
+        row = {
+            "minutes": self.spent / 60,
+            **{f"train_{name}": np.mean([h[name] for h in recent]) for name in recent[-1]},
+        }
         held_out = self.split["held_out"]
         if len(held_out.starts):
             starts = held_out.draw(np.random.default_rng(0), 16, 256)
@@ -156,9 +169,15 @@ class Trainer:
 
     def keep(self, path: Path) -> None:
         """Writes the checkpoint: a complete file or none."""
-        state = {"network": self.network.state_dict(), "average": self.average.state_dict(),
-                 "optimizer": self.optimizer.state_dict(), "spent": self.spent, "begun": self.begun,
-                 "random": self.random.bit_generator.state, "torch_random": torch.get_rng_state()}
+        state = {
+            "network": self.network.state_dict(),
+            "average": self.average.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+            "spent": self.spent,
+            "begun": self.begun,
+            "random": self.random.bit_generator.state,
+            "torch_random": torch.get_rng_state(),
+        }
         with replacing(path) as temporary:
             torch.save(state, temporary)
 
@@ -175,7 +194,8 @@ class Trainer:
 
 
 def has_fast_bf16(device: torch.device) -> bool:
-    """Whether bf16 matrix products are faster than float32 ones here: a GPU that knows them, or a CPU with tile units."""
+    """Whether bf16 matrix products are faster than float32 ones here: a GPU that knows them, or a CPU with tile
+    units."""
     return torch.cuda.is_bf16_supported() if device.type == "cuda" else torch.cpu._is_amx_tile_supported()
 
 
@@ -211,7 +231,7 @@ def set_statistics(network: PhaseFunctionedNetwork, frames: Frames) -> None:
             contacts = where["contacts"]
             network.output_mean[contacts], deviation[contacts] = 0.0, 1.0
         getattr(network, f"{kind}_std").copy_(deviation.clamp(min=1e-4))
-    stand = frames.inputs[:, INPUT_SLICES["trajectory_gaits"]][:, ::len(GAITS)].mean(axis=1)
+    stand = frames.inputs[:, INPUT_SLICES["trajectory_gaits"]][:, :: len(GAITS)].mean(axis=1)
     network.idle.copy_(torch.from_numpy(idle.fit(frames.inputs, frames.targets, frames.clip)))
     network.standing.copy_(torch.from_numpy(frames.inputs[stand > stand.max() - 1e-3, POSE].mean(axis=0)))
 
@@ -231,16 +251,24 @@ def _save_weights(trainer: Trainer, out_dir: Path, data_dir: Path, minutes: floa
     credits = f"trained on {credit(data_dir, neutral_files(data_dir))}"
     origin = {"started_from": fingerprint(start.stem, start.parent)} if start else {}
     command = f"patchwalk train controller --minutes {minutes:g}" + (f" --start {start.name}" if start else "")
-    save(trainer.average.module.cpu(), out_dir / f"{MODEL}.safetensors", licence=credits, command=command, commit=commit(),
-         **origin)
+    save(
+        trainer.average.module.cpu(),
+        out_dir / f"{MODEL}.safetensors",
+        licence=credits,
+        command=command,
+        commit=commit(),
+        **origin,
+    )
     trainer.average.module.to(trainer.device)
 
 
 def plot_curve(path: Path) -> None:
     """Draws the CSV's training and held-out losses as a PNG beside it."""
     import matplotlib
+
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
+
     with path.open() as file:
         rows = list(csv.DictReader(file))
     figure, axes = plt.subplots(figsize=(7, 4))

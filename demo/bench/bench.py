@@ -1,4 +1,5 @@
-"""What `patchwalk bench` measures: all in one run, in turns, on one thread, so that a busy machine slows everything alike."""
+"""What `patchwalk bench` measures: all in one run, in turns, on one thread, so that a busy machine slows everything
+alike."""
 
 import gc
 import os
@@ -35,7 +36,8 @@ CROWD_STEPS = 128  # characters' frames of each crowd in one of its turns
 CROWD_FRAMES = 8  # of each crowd in one of its turns at least
 CROWD_TURNS = 4
 SETTLE = 8  # frames in which a crowd puts on its styles
-APART = 37  # frames of the recording between two characters of a crowd, so that they walk, turn and switch at other times
+# frames of the recording between two characters of a crowd, so that they walk, turn and switch at other times
+APART = 37
 PERIOD = LiveStylizer.PERIOD  # frames: the decoder is asked in one of them, so its cost is taken over so many
 MINUTE = 60 * FPS
 
@@ -102,7 +104,9 @@ def measure(characters: int, seconds: float, started: float) -> dict:
 def dressed(session: Session) -> list[Command]:
     """The bundled recording with every part restyled in every frame: an unstyled frame asks no network."""
     dress = dict.fromkeys(PART_NAMES, (session.stylizer.styles[0], 1.0))
-    return [replace(command, style={**dress, **command.style}) for command in recording.read(assemble.BUNDLED_RECORDING)]
+    return [
+        replace(command, style={**dress, **command.style}) for command in recording.read(assemble.BUNDLED_RECORDING)
+    ]
 
 
 def asked(script: list[Command], characters: int | None = None) -> Iterator[Command | Commands]:
@@ -129,11 +133,12 @@ def uncounted(latency: Latency) -> Iterator[None]:
     counted = {name: len(seconds) for name, seconds in latency.seconds.items()}
     yield
     for name, seconds in latency.seconds.items():
-        del seconds[counted.get(name, 0):]
+        del seconds[counted.get(name, 0) :]
 
 
 def rival(config) -> Callable[[], object]:
-    """A network of the paper with weights that nobody trained, which cost the same: restyles a window, its style ready."""
+    """A network of the paper with weights that nobody trained, which cost the same: restyles a window, its style
+    ready."""
     model = MotionPuzzle(config).eval()
     motion = torch.randn(21, 1, RIVAL_WINDOW, 15, generator=torch.Generator().manual_seed(0))
     with torch.inference_mode():
@@ -185,9 +190,12 @@ class Pauses:
         return {"pauses": len(self.milliseconds), "longest_ms": round(max(self.milliseconds, default=0.0), 3)}
 
 
-def bound(session: Session, products: list[tuple[int, ...]], probe: Probe, shipped_ms: float, characters: int) -> dict | None:
-    """How near the shipped stylizer is, for one character, to what this machine could do: its arithmetic at the speed of its
-    own products, and its weights once through memory, whichever takes longer. None where it multiplies no matrices."""
+def bound(
+    session: Session, products: list[tuple[int, ...]], probe: Probe, shipped_ms: float, characters: int
+) -> dict | None:
+    """How near the shipped stylizer is, for one character, to what this machine could do: its arithmetic at the speed
+    of its own products, and its weights once through memory, whichever takes longer. None where it multiplies no
+    matrices."""
     if not products:
         return None
     model = session.stylizer.bank.model
@@ -195,30 +203,42 @@ def bound(session: Session, products: list[tuple[int, ...]], probe: Probe, shipp
     operations = sum(2 * np.prod(product) for product in products) / PERIOD / characters
     arithmetic_ms = 1e-6 * operations / probe.typical_gflops()
     memory_ms = 1e-6 * weights / PERIOD / characters / probe.read_gb_s()
-    return {"mflop": round(operations / 1e6, 2), "weights_mb": round(weights / 1e6, 2),
-            "arithmetic_ms": round(arithmetic_ms, 4), "memory_ms": round(memory_ms, 4),
-            "shipped_over_bound": round(shipped_ms / max(arithmetic_ms, memory_ms), 2)}
+    return {
+        "mflop": round(operations / 1e6, 2),
+        "weights_mb": round(weights / 1e6, 2),
+        "arithmetic_ms": round(arithmetic_ms, 4),
+        "memory_ms": round(memory_ms, 4),
+        "shipped_over_bound": round(shipped_ms / max(arithmetic_ms, memory_ms), 2),
+    }
 
 
 def steady(seconds, memory: list[tuple[int, float]]) -> dict | None:
-    """The last minute beside the first, and what memory grew by between them; None for a run of less than two minutes."""
+    """The last minute beside the first, and what memory grew by between them; None for a run of less than two
+    minutes."""
     if len(seconds) < 2 * MINUTE:
         return None
     first, last = (percentiles(1e3 * np.array(part))["p99_ms"] for part in (seconds[:MINUTE], seconds[-MINUTE:]))
     after_first = next(mb for frame, mb in memory if frame >= MINUTE)
-    return {"first_minute_p99_ms": first, "last_minute_p99_ms": last, "ratio": round(last / first, 3),
-            "growth_mb": round(memory[-1][1] - after_first, 1)}
+    return {
+        "first_minute_p99_ms": first,
+        "last_minute_p99_ms": last,
+        "ratio": round(last / first, 3),
+        "growth_mb": round(memory[-1][1] - after_first, 1),
+    }
 
 
 def timeline(seconds) -> list[list[float]]:
     """[p50, p99] milliseconds of the frames of every second."""
-    return [[p["p50_ms"], p["p99_ms"]] for start in range(0, len(seconds) - FPS + 1, FPS)
-            for p in (percentiles(1e3 * np.array(seconds[start:start + FPS])),)]
+    return [
+        [p["p50_ms"], p["p99_ms"]]
+        for start in range(0, len(seconds) - FPS + 1, FPS)
+        for p in (percentiles(1e3 * np.array(seconds[start : start + FPS])),)
+    ]
 
 
 def by_period(seconds) -> np.ndarray:
     """A frame's share of every PERIOD frames."""
-    return np.array(seconds[:len(seconds) // PERIOD * PERIOD]).reshape(-1, PERIOD).mean(axis=1)
+    return np.array(seconds[: len(seconds) // PERIOD * PERIOD]).reshape(-1, PERIOD).mean(axis=1)
 
 
 def timed(action: Callable[[], object]) -> float:

@@ -74,5 +74,7 @@ class Probe:
 
     def report(self) -> dict:
         """For the JSON: GFLOP/s by shape, and GB/s."""
-        speeds = {"x".join(map(str, shape)): round(float(np.median(values)), 1) for shape, values in self.speeds.items()}
+        speeds = {
+            "x".join(map(str, shape)): round(float(np.median(values)), 1) for shape, values in self.speeds.items()
+        }
         return {"sgemm_gflops": speeds, "read_gb_s": round(self.read_gb_s(), 2)}

@@ -12,14 +12,27 @@ matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backend that needs no display
 
 OURS, THEIRS, LATE = "#0b6e99", "#9aa5b1", "#c8553d"
-STYLE = {"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
-         "axes.axisbelow": True, "grid.color": "#e6e9ec", "axes.edgecolor": "#9aa5b1", "legend.frameon": False, "figure.dpi": 120}
+STYLE = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e6e9ec",
+    "axes.edgecolor": "#9aa5b1",
+    "legend.frameon": False,
+    "figure.dpi": 120,
+}
 LABELS = {"full": "Motion Puzzle, full", "paper_slim": "Motion Puzzle, paper's slim", "shipped": "stylizer, shipped"}
 
 
 # What is paid for speed: figure of an evaluation's row, its title, and whether more of it is better.
-QUALITY = {"sra": ("style recognition accuracy", True), "geodesic": ("angle to the content, rad", False),
-           "jitter_ratio": ("jerk / the content's", False)}
+QUALITY = {
+    "sra": ("style recognition accuracy", True),
+    "geodesic": ("angle to the content, rad", False),
+    "jitter_ratio": ("jerk / the content's", False),
+}
 
 
 def save(report: dict, path: Path, quality: list[dict] | None = None) -> None:
@@ -37,7 +50,9 @@ def save(report: dict, path: Path, quality: list[dict] | None = None) -> None:
             for axes, name in zip(parts[1].subplots(1, len(QUALITY)), QUALITY):
                 _quality(axes, quality, name)
         machine = report["machine"]
-        figure.suptitle(f"{machine['cpu']}, {machine['threads']} thread, torch {machine['torch']}", fontsize=9, color=THEIRS)
+        figure.suptitle(
+            f"{machine['cpu']}, {machine['threads']} thread, torch {machine['torch']}", fontsize=9, color=THEIRS
+        )
         figure.savefig(temporary, format="png")
         plt.close(figure)
 

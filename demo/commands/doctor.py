@@ -42,11 +42,13 @@ def _torch() -> str:
 
 def _threads() -> str:
     from sim.latency import cpu_name
+
     return f"a session uses 1 of {os.cpu_count()} cores ({cpu_name()})"
 
 
 def _controller() -> str:
     from controller.runtime.controller import PhaseFunctionedController
+
     PhaseFunctionedController.from_pretrained()
     return "loaded; they match this skeleton and feature layout"
 
@@ -55,29 +57,35 @@ def _stylizer() -> str:
     from controller.model import checkpoint as weights
     from sim.session import check_own_style
     from stylizer.runtime import catalogue
+
     stylizers = {name: catalogue.from_pretrained(name) for name in catalogue.names()}
     for stylizer in stylizers.values():
         check_own_style(stylizer.own_of, weights.fingerprint())
     shipped, *others = stylizers
     also = f"; also there: {', '.join(others)}" * bool(others)
-    return ("loaded; they match this skeleton, feature layout and controller; "
-            f"{len(stylizers[shipped].styles)} styles{also}")
+    return (
+        "loaded; they match this skeleton, feature layout and controller; "
+        f"{len(stylizers[shipped].styles)} styles{also}"
+    )
 
 
 def _display() -> str:
     from demo.render.window import open_window
+
     with open_window((320, 180)) as window:
         return f"a window opens, drawn by {window.renderer_name}"
 
 
 def _offscreen() -> str:
     from demo.render.window import open_window
+
     with open_window((320, 180), visible=False) as window:
         return f"pictures without a window, drawn by {window.renderer_name}"
 
 
 def _gamepads() -> str:
     import pygame
+
     pygame.joystick.init()
     names = [pygame.joystick.Joystick(i).get_name() for i in range(pygame.joystick.get_count())]
     if not names:
@@ -88,6 +96,7 @@ def _gamepads() -> str:
 def _ffmpeg() -> str:
     try:
         import imageio_ffmpeg
+
         return f"{imageio_ffmpeg.get_ffmpeg_version()} (for videos as MP4)"
     except (ImportError, RuntimeError):
         raise ValueError("needed for videos as MP4 only, not as GIF; pip install imageio-ffmpeg brings one") from None

@@ -13,10 +13,12 @@ EXAMPLE = """patchwalk evaluate controller --data mocap --json evaluation.json -
   patchwalk evaluate stylizer --all --data mocap --json systems.json
   patchwalk evaluate live --data mocap --json live.json --plots strips
 
-`live` measures what the session draws, every bundled style walking, running, backing, strafing, turning and standing, as the
-controller moves and after the foot lock, in about ten minutes on one core; it needs Bandai-Namco's and SNU's motion in --data.
-`stylizer` measures transfer from clip to clip, in about a quarter of an hour for the shipped weights, half of it where its judges
-have been trained before, longer with --weights for larger networks; it needs the labelled Bandai-Namco motion."""
+`live` measures what the session draws, every bundled style walking, running, backing, strafing, turning and standing,
+as the controller moves and after the foot lock, in about ten minutes on one core; it needs Bandai-Namco's and SNU's
+motion in --data.
+`stylizer` measures transfer from clip to clip, in about a quarter of an hour for the shipped weights, half of it
+where its judges have been trained before, longer with --weights for larger networks; it needs the labelled
+Bandai-Namco motion."""
 COLUMNS = "{:<36} {:>10} {:>10} {:>18}  {}"
 VERDICTS = {True: "ok", False: "short", None: "-"}
 ROW_COLUMNS = "{:<18} {:<8} {:>13} {:>13} {:>13} {:>13} {:>13} {:>13} {:>8}"
@@ -24,20 +26,37 @@ ROW_COLUMNS = "{:<18} {:<8} {:>13} {:>13} {:>13} {:>13} {:>13} {:>13} {:>8}"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", choices=tuple(MODELS), help="what to measure")
-    parser.add_argument("--data", type=Path, metavar="DIR",
-                        help="a folder of BVH files: held-out clips to measure alike; for stylizer and live, labelled motion")
+    parser.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        help="a folder of BVH files: held-out clips to measure alike; for stylizer and live, labelled motion",
+    )
     parser.add_argument("--json", type=Path, metavar="OUT.json", help="where to write the figures")
-    parser.add_argument("--plots", type=Path, metavar="DIR",
-                        help="a folder to draw into: the controller's trajectory, speed and feet; what the stylizer does; for "
-                             "live, strips of every style: neutral, drawn, captured")
-    parser.add_argument("--stylizer", metavar="NAME", help="live only: another stylizer than the one that is used unless named")
-    parser.add_argument("--all", action="store_true",
-                        help="stylizer only: every system whose weights are there in one table, with 95%% intervals")
-    parser.add_argument("--weights", type=Path, metavar="DIR",
-                        help="a folder with more of the stylizer's weights than the shipped ones, to put beside them: "
-                             "full, large, no_key_poses, key_poses_alone, no_attention, whole_body_adain, paper_losses, "
-                             "left_out; with --all "
-                             "full, large, unpaired, diverse, latent, latent_vae, latent_unlabelled (.safetensors)")
+    parser.add_argument(
+        "--plots",
+        type=Path,
+        metavar="DIR",
+        help="a folder to draw into: the controller's trajectory, speed and feet; what the stylizer does; for "
+        "live, strips of every style: neutral, drawn, captured",
+    )
+    parser.add_argument(
+        "--stylizer", metavar="NAME", help="live only: another stylizer than the one that is used unless named"
+    )
+    parser.add_argument(
+        "--all",
+        action="store_true",
+        help="stylizer only: every system whose weights are there in one table, with 95%% intervals",
+    )
+    parser.add_argument(
+        "--weights",
+        type=Path,
+        metavar="DIR",
+        help="a folder with more of the stylizer's weights than the shipped ones, to put beside them: "
+        "full, large, no_key_poses, key_poses_alone, no_attention, whole_body_adain, paper_losses, "
+        "left_out; with --all "
+        "full, large, unpaired, diverse, latent, latent_vae, latent_unlabelled (.safetensors)",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -47,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _controller(args: argparse.Namespace) -> int:
     from controller.evaluation.report import evaluate
+
     with _bar(args.model, "frame") as progress:
         result = evaluate(args.data, progress)
     print(table(result.figures), flush=True)
@@ -54,6 +74,7 @@ def _controller(args: argparse.Namespace) -> int:
         _write(args.json, {"figures": {name: figure.as_json() for name, figure in result.figures.items()}})
     if args.plots:
         from controller.evaluation.plots import save_plots
+
         for path in save_plots(args.plots, result.played, args.data):
             print(f"wrote {path}", flush=True)
     return 0
@@ -61,10 +82,13 @@ def _controller(args: argparse.Namespace) -> int:
 
 def _stylizer(args: argparse.Namespace) -> int:
     if not args.data:
-        raise ValueError("the stylizer is judged on labelled motion: name a folder that holds Bandai-Namco's with --data")
+        raise ValueError(
+            "the stylizer is judged on labelled motion: name a folder that holds Bandai-Namco's with --data"
+        )
     if args.all:
         return _all_stylizers(args)
     from stylizer.evaluation.report import evaluate
+
     with _bar(args.model, "step") as progress:
         result = evaluate(args.data, args.weights, progress)
     print(transfer_table(result.report), *result.notes, sep="\n", flush=True)
@@ -72,6 +96,7 @@ def _stylizer(args: argparse.Namespace) -> int:
         _write(args.json, result.report)
     if args.plots:
         from stylizer.evaluation.pictures import save_pictures
+
         for path in save_pictures(args.plots, args.data):
             print(f"wrote {path}", flush=True)
     return 0
@@ -79,11 +104,14 @@ def _stylizer(args: argparse.Namespace) -> int:
 
 def _live(args: argparse.Namespace) -> int:
     if not args.data:
-        raise ValueError("drawn motion is judged beside captured motion: "
-                         "name a folder that holds Bandai-Namco's and SNU's with --data")
+        raise ValueError(
+            "drawn motion is judged beside captured motion: "
+            "name a folder that holds Bandai-Namco's and SNU's with --data"
+        )
     from demo.assemble import build_session
     from stylizer.evaluation.live_benchmark import evaluate, table
     from stylizer.evaluation.report import rounded
+
     session = build_session(args.stylizer)
     with _bar(args.model, "step") as progress:
         result = evaluate(session, args.data, progress)
@@ -92,6 +120,7 @@ def _live(args: argparse.Namespace) -> int:
         _write(args.json, rounded(result.report))
     if args.plots:
         from stylizer.evaluation.live_strips import save_strips
+
         for path in save_strips(args.plots, result):
             print(f"wrote {path}", flush=True)
     return 0
@@ -99,6 +128,7 @@ def _live(args: argparse.Namespace) -> int:
 
 def _all_stylizers(args: argparse.Namespace) -> int:
     from stylizer.evaluation import compare
+
     with _bar("all stylizers", "step") as progress:
         result = compare.compare(args.data, args.weights, progress)
     print(compare.table(result.report), *result.notes, sep="\n", flush=True)
@@ -109,17 +139,22 @@ def _all_stylizers(args: argparse.Namespace) -> int:
 
 @contextmanager
 def _bar(model: str, unit: str):
-    """A progress bar, as what an evaluation wants: told how much there is to do, it returns what to call once a unit."""
+    """A progress bar, as what an evaluation wants: told how much there is to do, it returns what to call once a
+    unit."""
     from tqdm import tqdm
+
     with tqdm(desc=f"evaluate {model}", unit=unit, leave=False, disable=not sys.stderr.isatty()) as bar:
+
         def progress(total: int):
             bar.reset(total)
             return bar.update
+
         yield progress
 
 
 def _write(path: Path, report: dict) -> None:
     from sim.io.atomic_write import replacing
+
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(report, indent=2, allow_nan=False) + "\n")
     print(f"wrote {path}", flush=True)
@@ -151,8 +186,15 @@ def table(figures) -> str:
     """Name, ours, the real clips', what to reach and whether it is, a figure a line."""
     lines = [COLUMNS.format("figure", "ours", "real", "reach", "")]
     for name, figure in figures.items():
-        lines.append(COLUMNS.format(name, _number(figure.ours), _number(figure.real), _bounds(figure.low, figure.high),
-                                    VERDICTS[figure.reached]))
+        lines.append(
+            COLUMNS.format(
+                name,
+                _number(figure.ours),
+                _number(figure.real),
+                _bounds(figure.low, figure.high),
+                VERDICTS[figure.reached],
+            )
+        )
     return "\n".join(lines)
 
 
@@ -186,4 +228,5 @@ def _check(args: argparse.Namespace) -> None:
         raise ValueError(f"cannot draw into {args.plots}: it is not a folder")
     if args.json:
         from demo.export.export import check_outputs
+
         check_outputs({"json": args.json})

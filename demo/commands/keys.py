@@ -13,6 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from demo.state import user_bindings
     from sim.io.atomic_write import replacing
+
     text = user_bindings.template(user_bindings.load())
     if not args.write:
         print(text, end="")

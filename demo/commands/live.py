@@ -8,7 +8,13 @@ from demo.commands.replay import STYLIZER_HELP, VMC_HELP
 HELP = "Steer a character and restyle it limb by limb; without a display, replay the bundled recording into out/."
 EXAMPLE = "patchwalk"
 OUT = Path("out")
-FILES = {"poses": "poses.npz", "bvh": "styled.bvh", "glb": "styled.glb", "video": "video.mp4", "latency": "latency.json"}
+FILES = {
+    "poses": "poses.npz",
+    "bvh": "styled.bvh",
+    "glb": "styled.glb",
+    "video": "video.mp4",
+    "latency": "latency.json",
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,6 +26,7 @@ def run(args: argparse.Namespace) -> int:
     from demo import assemble
     from demo.export import vmc
     from demo.render.window import NoDisplay, NoGL, has_display
+
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
     if has_display():
@@ -27,11 +34,18 @@ def run(args: argparse.Namespace) -> int:
         from demo.state import user_bindings
         from demo.state.presets import Presets
         from sim.io import recording
+
         bindings, presets = user_bindings.load(), Presets()  # first: a mistake in a file is said before anything opens
         session = assemble.build_session(args.stylizer)
         try:
-            report = run_live(session, session.stylizer.styles, attract=recording.read(assemble.BUNDLED_RECORDING),
-                              bindings=bindings, presets=presets, stream=stream)
+            report = run_live(
+                session,
+                session.stylizer.styles,
+                attract=recording.read(assemble.BUNDLED_RECORDING),
+                bindings=bindings,
+                presets=presets,
+                stream=stream,
+            )
         except (NoDisplay, NoGL) as error:
             reason = str(error)
         else:
@@ -49,6 +63,7 @@ def replay_bundled(folder: Path, stream=None, stylizer: str | None = None) -> No
     from demo.commands.replay import play
     from demo.export.export import check_outputs
     from sim.io import recording
+
     folder.mkdir(exist_ok=True)
     outputs = {kind: folder / name for kind, name in FILES.items()}
     try:

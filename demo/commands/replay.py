@@ -8,10 +8,14 @@ from typing import Mapping
 
 HELP = "play a recording and write its motion, its video and how long each stage took"
 EXAMPLE = "patchwalk replay walk.jsonl --headless --poses walk.npz --bvh walk.bvh --latency walk.json"
-VMC_HELP = ("stream the poses live to Blender, Unity or Unreal: VMC/OSC over UDP, to port 39539 of this machine "
-            "unless told otherwise")
-STYLIZER_HELP = ("the style-transfer system: slim (Motion Puzzle, the default), unpaired, diverse, latent, or other weights "
-                 "of the package by name")
+VMC_HELP = (
+    "stream the poses live to Blender, Unity or Unreal: VMC/OSC over UDP, to port 39539 of this machine "
+    "unless told otherwise"
+)
+STYLIZER_HELP = (
+    "the style-transfer system: slim (Motion Puzzle, the default), unpaired, diverse, latent, or other weights "
+    "of the package by name"
+)
 OUTPUTS = {  # kind, as in demo.export.export.WRITERS: (metavar, help)
     "poses": ("OUT.npz", "write neutral and styled motion as arrays"),
     "bvh": ("OUT.bvh", "write the styled motion as BVH"),
@@ -32,32 +36,48 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from sim.io import recording
+
     recorded = recording.read(args.recording)
     outputs = {kind: path for kind in OUTPUTS if (path := getattr(args, kind))}
     from demo.export.export import check_outputs
+
     check_outputs(outputs, args.recording)
     from demo.export import vmc
+
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
-    play(args.recording.name, recorded, outputs, args.stylizer or recorded.stylizer, window=not args.headless, stream=stream)
+    play(
+        args.recording.name,
+        recorded,
+        outputs,
+        args.stylizer or recorded.stylizer,
+        window=not args.headless,
+        stream=stream,
+    )
     return 0
 
 
-def play(name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None = None, window=False,
-         stream=None) -> None:
-    """Plays a sim.io.recording.Recording, in a window if asked and possible, else as fast as it goes, but in real time to a
-    `stream` (demo.export.vmc.Sender); then writes the outputs (kind -> path) and says on stdout what came of it."""
+def play(
+    name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None = None, window=False, stream=None
+) -> None:
+    """Plays a sim.io.recording.Recording, in a window if asked and possible, else as fast as it goes, but in real time
+    to a `stream` (demo.export.vmc.Sender); then writes the outputs (kind -> path) and says on stdout what came of
+    it."""
     from demo import STARTED, assemble
     from demo.export import export
     from demo.state.style_names import check_styles
     from sim.motion.clip import FPS
+
     session = assemble.build_session(stylizer)
     check_styles(recorded.styles, session.stylizer.styles)
     startup_s = time.perf_counter() - STARTED
     frames = (_watched(session, recorded, stream) if window else None) or _stepped(session, recorded, stream)
     result = export.Result(frames, session.latency, startup_s)
     report = session.latency.report()
-    print(f"{name}: {len(frames)} frames, {len(frames) / FPS:.1f} s; a frame took {report['frame']['p50_ms']:.2f} ms "
-          f"at the median, {report['missed_60hz']} took over 16.67 ms", flush=True)
+    print(
+        f"{name}: {len(frames)} frames, {len(frames) / FPS:.1f} s; a frame took {report['frame']['p50_ms']:.2f} ms "
+        f"at the median, {report['missed_60hz']} took over 16.67 ms",
+        flush=True,
+    )
     for kind, path in outputs.items():
         export.WRITERS[kind](path, result)
         print(f"wrote {path}", flush=True)
@@ -65,22 +85,26 @@ def play(name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None 
 
 def _stepped(session, recorded, stream) -> list:
     from tqdm import tqdm
+
     with tqdm(recorded, "replay", unit="frame", leave=False, disable=not sys.stderr.isatty()) as commands:
         return _sent(map(session.step, commands), stream)
 
 
 def _sent(frames, stream) -> list:
     from demo.export import vmc
+
     return list(vmc.streamed(frames, stream) if stream else frames)
 
 
 def _watched(session, recorded, stream) -> list | None:
     """The frames, once shown; None, before the first step, where no window can be opened."""
     from demo.render.window import NoDisplay, NoGL, has_display
+
     if not has_display():
         print("No display: replaying headless.")
         return None
     from demo.live.replay_window import watch
+
     try:
         return _sent(watch(session, recorded), stream)
     except (NoDisplay, NoGL) as error:

@@ -11,45 +11,70 @@ EXAMPLE = """patchwalk styles add limp.bvh --name limp
   patchwalk styles add key_points/ --name limp --stylizer unpaired --fps 25
 
 A folder of key points holds one .json a frame, as OpenPose's --write_json makes them, in the BODY_25 or the COCO order.
-Several BVH files make one style, which knows each movement that they show: walking, running, backing, strafing, turning,
-standing. So does one long file that walks and runs. A style from BVH files is there for every stylizer, one from key
-points for unpaired."""
+Several BVH files make one style, which knows each movement that they show: walking, running, backing, strafing,
+turning, standing. So does one long file that walks and runs. A style from BVH files is there for every stylizer, one
+from key points for unpaired."""
 
-CAPTURE = """Restyling changes the controller's motion by what sets a style apart from the own style, which therefore has to be
-the motion of the very controller that runs. This captures it (standing, walking, running, backing, strafing, turning)
-and writes it, and what of all the other styles depends on it, for every stylizer. `patchwalk train controller` ends
-with it."""
+CAPTURE = """Restyling changes the controller's motion by what sets a style apart from the own style, which therefore
+has to be the motion of the very controller that runs. This captures it (standing, walking, running, backing,
+strafing, turning) and writes it, and what of all the other styles depends on it, for every stylizer. `patchwalk train
+controller` ends with it."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", required=True, metavar="list|add|remove|capture")
     options = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
-    shown = actions.add_parser("list", help="print each name, and the movements that the style knows",
-                               epilog="example:\n  patchwalk styles list", **options)
-    add = actions.add_parser("add", help="learn a style from one clip or several", epilog=f"example:\n  {EXAMPLE}", **options)
-    add.add_argument("clips", type=Path, nargs="+", metavar="CLIP.bvh|DIR",
-                     help="a few seconds of moving in that style, in one file or several, or a folder of OpenPose key points")
+    shown = actions.add_parser(
+        "list",
+        help="print each name, and the movements that the style knows",
+        epilog="example:\n  patchwalk styles list",
+        **options,
+    )
+    add = actions.add_parser(
+        "add", help="learn a style from one clip or several", epilog=f"example:\n  {EXAMPLE}", **options
+    )
+    add.add_argument(
+        "clips",
+        type=Path,
+        nargs="+",
+        metavar="CLIP.bvh|DIR",
+        help="a few seconds of moving in that style, in one file or several, or a folder of OpenPose key points",
+    )
     add.add_argument("--name", required=True, help="what to call it")
-    add.add_argument("--map", type=Path, metavar="FILE",
-                     help='JSON {"our joint": "theirs", ...}, for a skeleton that is not recognised by its names')
+    add.add_argument(
+        "--map",
+        type=Path,
+        metavar="FILE",
+        help='JSON {"our joint": "theirs", ...}, for a skeleton that is not recognised by its names',
+    )
     add.add_argument("--fps", type=float, default=30.0, help="frames a second of the key points (default: 30)")
-    remove = actions.add_parser("remove", help="forget a style of your own",
-                                epilog="example:\n  patchwalk styles remove limp", **options)
+    remove = actions.add_parser(
+        "remove", help="forget a style of your own", epilog="example:\n  patchwalk styles remove limp", **options
+    )
     remove.add_argument("name", help="a name that `styles list` prints")
     for parser in (shown, add, remove):
         parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
-    capture = actions.add_parser("capture", help="capture the own style anew from the controller",
-                                 description=CAPTURE, epilog="example:\n  patchwalk styles capture", **options)
-    capture.add_argument("--out", type=Path, metavar="DIR", help="where to write it (default: the package's own styles)")
+    capture = actions.add_parser(
+        "capture",
+        help="capture the own style anew from the controller",
+        description=CAPTURE,
+        epilog="example:\n  patchwalk styles capture",
+        **options,
+    )
+    capture.add_argument(
+        "--out", type=Path, metavar="DIR", help="where to write it (default: the package's own styles)"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     import torch
+
     torch.set_num_threads(1)  # one clip is too little work for more
     if args.action == "capture":
         print(capture(args.out))
         return 0
     from stylizer.runtime import catalogue
+
     bank = catalogue.bank(args.stylizer)
     if args.action == "add":
         _add(bank, args)
@@ -64,6 +89,7 @@ def run(args: argparse.Namespace) -> int:
 def _add(bank, args: argparse.Namespace) -> None:
     """Learns a style and says which seconds of which file show what."""
     from sim.retarget import joint_names as name_maps
+
     folder = next((path for path in args.clips if path.is_dir()), None)
     if folder is None:
         taken = bank.add(args.clips, args.name, name_maps.load(args.map) if args.map else None).taken
@@ -83,6 +109,7 @@ def _list(bank) -> None:
     """A name a line, and what is known of how that style moves."""
     from demo.state.style_names import movement_names
     from stylizer.styles.code_bank import UNKNOWN_GAIT
+
     gaits = {name: bank[name].gait for name in bank.names}
     width = max(map(len, gaits))
     for name, gait in gaits.items():
@@ -91,8 +118,9 @@ def _list(bank) -> None:
 
 
 def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:
-    """Captures the own style from the controller whose weights lie in a folder (None: the shipped one), and writes it and what
-    depends on it into the folder `out` (None: the package's own styles). A sentence that says what was written."""
+    """Captures the own style from the controller whose weights lie in a folder (None: the shipped one), and writes it
+    and what depends on it into the folder `out` (None: the package's own styles). A sentence that says what was
+    written."""
     import torch
 
     from controller.model import checkpoint as weights
@@ -100,6 +128,7 @@ def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:
     from stylizer.styles import own_style
     from stylizer.styles.bank import BUNDLED
     from stylizer.training import build_styles as recapture
+
     torch.set_num_threads(1)  # as in a session, whose motion it is to be
     torch.set_flush_denormal(True)
     out, folder = out or BUNDLED, weights_folder or weights.FOLDER
@@ -108,5 +137,7 @@ def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:
     network, fingerprint = weights.load(folder=folder), weights.fingerprint(folder=folder)
     motion = own_style.capture_motion(PhaseFunctionedController(network, fingerprint), fingerprint)
     files = recapture.rebuild(motion, out)
-    return (f"captured the own style from the controller in {folder}: wrote {len(files)} style files into {out}, "
-            "which belong with its weights")
+    return (
+        f"captured the own style from the controller in {folder}: wrote {len(files)} style files into {out}, "
+        "which belong with its weights"
+    )

@@ -10,28 +10,45 @@ HELP = "restyle a BVH file, body part by body part"
 EXAMPLE = """patchwalk stylize walk.bvh --style arms=old:0.8 --style spine=proud -o new.bvh
   patchwalk stylize walk.bvh --style legs=limp.bvh --style arms=old+proud@0.4 --retarget-back -o new.bvh
 
-PART is left_leg, right_leg, spine, left_arm, right_arm, or legs, arms, upper, all. A style is a name that `patchwalk styles
-list` prints or any BVH clip that shows it. STRENGTH goes from 0 (as it was) over 1 to 1.5 (exaggerated). A+B@SHARE goes
-that share of the way, 0 to 1, from style A to style B."""
+PART is left_leg, right_leg, spine, left_arm, right_arm, or legs, arms, upper, all. A style is a name that `patchwalk
+styles list` prints or any BVH clip that shows it. STRENGTH goes from 0 (as it was) over 1 to 1.5 (exaggerated).
+A+B@SHARE goes that share of the way, 0 to 1, from style A to style B."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("content", type=Path, metavar="CONTENT.bvh", help="the motion to restyle")
-    parser.add_argument("--style", type=_style, action="append", required=True,
-                        metavar="PART=CLIP_OR_NAME[:STRENGTH]", help="a body part or group and its style; once for each")
+    parser.add_argument(
+        "--style",
+        type=_style,
+        action="append",
+        required=True,
+        metavar="PART=CLIP_OR_NAME[:STRENGTH]",
+        help="a body part or group and its style; once for each",
+    )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.bvh", help="where to write the result")
-    parser.add_argument("--retarget-back", action="store_true",
-                        help="write it on the content's own skeleton, in its unit and frame rate (default: ours, 60 a second)")
-    parser.add_argument("--map", type=Path, metavar="FILE",
-                        help='JSON {"our joint": "theirs", ...}, for a content skeleton that is not recognised by its names')
+    parser.add_argument(
+        "--retarget-back",
+        action="store_true",
+        help="write it on the content's own skeleton, in its unit and frame rate (default: ours, 60 a second)",
+    )
+    parser.add_argument(
+        "--map",
+        type=Path,
+        metavar="FILE",
+        help='JSON {"our joint": "theirs", ...}, for a content skeleton that is not recognised by its names',
+    )
     parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
-    parser.add_argument("--global-motion", action="store_true",
-                        help="let the style change the way over the floor too: unpaired warps the time by how quick the style "
-                             "is, latent tells the root's way from the local motion; the default keeps the content's")
+    parser.add_argument(
+        "--global-motion",
+        action="store_true",
+        help="let the style change the way over the floor too: unpaired warps the time by how quick the style "
+        "is, latent tells the root's way from the local motion; the default keeps the content's",
+    )
 
 
 def _style(text: str):
     from demo.state.style_names import parse_style
+
     try:
         return parse_style(text)
     except ValueError as error:  # of an ordinary ValueError argparse would show the type's name only
@@ -41,6 +58,7 @@ def _style(text: str):
 def run(args: argparse.Namespace) -> int:
     from demo.export.export import check_outputs
     from sim.retarget import joint_names as name_maps
+
     worn = _by_part(args.style)
     if args.output.resolve() == args.content.resolve():
         raise ValueError(f"{args.output} is the content itself: write to another file")
@@ -48,21 +66,25 @@ def run(args: argparse.Namespace) -> int:
     name_map = name_maps.load(args.map) if args.map else None
 
     import torch
+
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)
     from sim.io import bvh
     from sim.retarget.retarget import load_clip
     from stylizer.runtime import catalogue
     from stylizer.runtime.offline import looks, stylize
+
     start = time.perf_counter()
     content = load_clip(args.content, name_map)
     bank = catalogue.bank(args.stylizer)
     styled = stylize(bank.model, content, looks(bank, worn))
     if args.global_motion:
         from stylizer.runtime.global_motion import changed
+
         styled = changed(bank, styled, content, worn)
     if args.retarget_back:
         from sim.retarget.retarget_back import retarget_back
+
         bvh.write(args.output, retarget_back(bvh.read(args.content), content, styled, name_map))
     else:
         bvh.write(args.output, styled)
@@ -78,7 +100,9 @@ def _by_part(styles) -> dict:
     for parts, wanted in styles:
         for part in parts:
             if part in worn:
-                raise ValueError(f"{part} is given two styles: one for each body part, "
-                                 f"or blend two as {part}={worn[part][0]}+{wanted[0]}@0.5")
+                raise ValueError(
+                    f"{part} is given two styles: one for each body part, "
+                    f"or blend two as {part}={worn[part][0]}+{wanted[0]}@0.5"
+                )
             worn[part] = wanted
     return worn

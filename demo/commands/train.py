@@ -14,23 +14,46 @@ MODELS = ("controller", "stylizer")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", choices=MODELS, help="what to train")
-    parser.add_argument("--data", type=Path, default=Path("../shared/mocap"), metavar="DIR",
-                        help="a folder of BVH files, searched to any depth (default: %(default)s)")
-    parser.add_argument("--minutes", type=positive(float), metavar="M", help="when to stop (default: enough for that model)")
-    parser.add_argument("--steps", type=positive(int), metavar="N",
-                        help="stylizer only: stop after so many steps, however long they take, to compare networks")
+    parser.add_argument(
+        "--data",
+        type=Path,
+        default=Path("../shared/mocap"),
+        metavar="DIR",
+        help="a folder of BVH files, searched to any depth (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--minutes", type=positive(float), metavar="M", help="when to stop (default: enough for that model)"
+    )
+    parser.add_argument(
+        "--steps",
+        type=positive(int),
+        metavar="N",
+        help="stylizer only: stop after so many steps, however long they take, to compare networks",
+    )
     parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the output folder")
-    parser.add_argument("--start", type=Path, metavar="FILE",
-                        help="controller only: weights to begin with, as controller/weights/pfnn.safetensors")
-    parser.add_argument("--out", type=Path, metavar="DIR",
-                        help="where weights, checkpoint and curve go (default: runs/MODEL)")
-    parser.add_argument("--network", metavar="NAME",
-                        help="stylizer only: slim (default), full, large, paper_slim, or an ablation: no_key_poses, "
-                             "no_attention, whole_body_adain; or another system: unpaired, diverse, latent, "
-                             "latent_unlabelled, latent_vae")
+    parser.add_argument(
+        "--start",
+        type=Path,
+        metavar="FILE",
+        help="controller only: weights to begin with, as controller/weights/pfnn.safetensors",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="where weights, checkpoint and curve go (default: runs/MODEL)"
+    )
+    parser.add_argument(
+        "--network",
+        metavar="NAME",
+        help="stylizer only: slim (default), full, large, paper_slim, or an ablation: no_key_poses, "
+        "no_attention, whole_body_adain; or another system: unpaired, diverse, latent, "
+        "latent_unlabelled, latent_vae",
+    )
     parser.add_argument("--recipe", metavar="NAME", help="stylizer only: ours (default) or paper, its losses alone")
-    parser.add_argument("--leave-out", nargs="+", metavar="WORD",
-                        help="stylizer only: clips with one of these words in their name are not learned from")
+    parser.add_argument(
+        "--leave-out",
+        nargs="+",
+        metavar="WORD",
+        help="stylizer only: clips with one of these words in their name are not learned from",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -61,7 +84,9 @@ def run(args: argparse.Namespace) -> int:
         chosen["minutes"] = args.minutes
     if args.start:
         chosen["start"] = args.start
-    weights = importlib.import_module(f"{args.model}.training.train").train(args.data, out, resume=args.resume, **chosen)
+    weights = importlib.import_module(f"{args.model}.training.train").train(
+        args.data, out, resume=args.resume, **chosen
+    )
     print(f"wrote {weights}", flush=True)
     if args.model == "controller":
         print(styles.capture(out / "styles", out))

@@ -39,6 +39,7 @@ def write_glb(path: Path, result: Result) -> None:
     """The styled motion on the figure, in the colours that it wears at the end."""
     from demo.export import gltf
     from demo.figure import colours
+
     gltf.write(path, styled_clip(result.frames), colours.part_colours(result.frames[-1].command.style))
 
 
@@ -51,6 +52,7 @@ def styled_clip(frames: Sequence[Frame]) -> Clip:
 def write_video(path: Path, result: Result) -> None:
     """The replay as seen by the demo's camera, as an MP4 or a GIF, by the file's ending."""
     from demo.export import video
+
     with replacing(path) as temporary:
         video.render(temporary, result.frames, result.latency)
 
@@ -58,6 +60,7 @@ def write_video(path: Path, result: Result) -> None:
 def write_latency(path: Path, result: Result) -> None:
     """How long each stage took; written last, so that drawing the video counts as well."""
     from demo import assemble
+
     with replacing(path) as temporary:
         result.latency.save(temporary, startup_s=result.startup_s, **assemble.machine())
 
@@ -83,4 +86,5 @@ def check_outputs(outputs: Mapping[str, Path], source: Path | None = None) -> No
             raise ValueError(f"cannot write {kind} to {path}: {os.strerror(error.errno)}") from None
     if "video" in outputs:
         from demo.export import video
+
         video.check(outputs["video"])

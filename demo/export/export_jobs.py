@@ -1,7 +1,7 @@
 """F9: the last ten seconds as BVH, glTF and video, written by another process while the character walks on.
 
-Drawing a video takes longer than walking it did, and pictures need a context of their own: both are had for nothing in a
-process of its own, which also leaves the walk's processor alone where there is a second."""
+Drawing a video takes longer than walking it did, and pictures need a context of their own: both are had for nothing in
+a process of its own, which also leaves the walk's processor alone where there is a second."""
 
 import multiprocessing
 import os

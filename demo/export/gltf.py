@@ -41,14 +41,23 @@ def encode(clip: Clip, part_colours: np.ndarray) -> bytes:
         "scene": 0,
         "scenes": [{"nodes": [0, len(JOINTS)]}],  # a skinned mesh is placed by its joints alone, so it hangs on none
         "nodes": [*_joint_nodes(), {"name": "Figure", "mesh": 0, "skin": 0}],
-        "skins": [{"name": "Skeleton", "skeleton": 0, "joints": list(range(len(JOINTS))),
-                   "inverseBindMatrices": numbers.add(_inverse_bind_matrices())}],
+        "skins": [
+            {
+                "name": "Skeleton",
+                "skeleton": 0,
+                "joints": list(range(len(JOINTS))),
+                "inverseBindMatrices": numbers.add(_inverse_bind_matrices()),
+            }
+        ],
         "materials": [{"name": "Figure", "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.8}}],
         "meshes": [{"name": "Figure", "primitives": [_primitive(numbers, part_colours)]}],
         "animations": [_animation(numbers, clip)],
     }
-    document |= {"accessors": numbers.accessors, "bufferViews": numbers.views,
-                 "buffers": [{"byteLength": len(numbers.block)}]}
+    document |= {
+        "accessors": numbers.accessors,
+        "bufferViews": numbers.views,
+        "buffers": [{"byteLength": len(numbers.block)}],
+    }
     chunks = _chunk(JSON_CHUNK, json.dumps(document).encode(), b" ") + _chunk(BINARY_CHUNK, bytes(numbers.block), b"\0")
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
@@ -69,10 +78,18 @@ class _Numbers:
 
         target: VERTICES or INDICES for a mesh. bounds: with the least and greatest value."""
         values = np.ascontiguousarray(values, np.float32 if values.dtype.kind == "f" else values.dtype)
-        self.views.append({"buffer": 0, "byteOffset": len(self.block), "byteLength": values.nbytes}
-                          | ({"target": target} if target else {}))
-        self.accessors.append({"bufferView": len(self.views) - 1, "componentType": COMPONENTS[values.dtype],
-                               "count": len(values), "type": TYPES[values.shape[1:]]})
+        self.views.append(
+            {"buffer": 0, "byteOffset": len(self.block), "byteLength": values.nbytes}
+            | ({"target": target} if target else {})
+        )
+        self.accessors.append(
+            {
+                "bufferView": len(self.views) - 1,
+                "componentType": COMPONENTS[values.dtype],
+                "count": len(values),
+                "type": TYPES[values.shape[1:]],
+            }
+        )
         if bounds:
             ends = {"min": values.min(axis=0), "max": values.max(axis=0)}
             self.accessors[-1] |= {name: np.atleast_1d(end).tolist() for name, end in ends.items()}
@@ -84,8 +101,10 @@ class _Numbers:
 def _joint_nodes() -> list[dict]:
     """The skeleton in the pose its skin was made in."""
     rotations = _xyzw(to_local(body.BIND.rotations)).tolist()
-    nodes = [{"name": name, "translation": offset.tolist(), "rotation": rotation}
-             for name, offset, rotation in zip(JOINTS, BONE_OFFSETS, rotations, strict=True)]
+    nodes = [
+        {"name": name, "translation": offset.tolist(), "rotation": rotation}
+        for name, offset, rotation in zip(JOINTS, BONE_OFFSETS, rotations, strict=True)
+    ]
     nodes[0]["translation"] = body.BIND.hips.tolist()
     for joint, parent in enumerate(PARENTS[1:], 1):
         nodes[parent].setdefault("children", []).append(joint)
@@ -108,17 +127,28 @@ def _primitive(numbers: _Numbers, part_colours: np.ndarray) -> dict:
     weights = skin.weights.astype(np.float32)
     weights /= weights.sum(axis=-1, keepdims=True)
     joints = np.where(weights > 0, skin.joints, 0)  # a joint that is not followed must be 0
-    attributes = {"NORMAL": skin.normals, "COLOR_0": _colours(skin, part_colours),
-                  "JOINTS_0": joints.astype(np.uint8), "WEIGHTS_0": weights}
-    return {"attributes": {"POSITION": numbers.add(skin.positions, VERTICES, bounds=True),
-                           **{name: numbers.add(values, VERTICES) for name, values in attributes.items()}},
-            "indices": numbers.add(skin.triangles.ravel().astype(np.uint32), INDICES), "material": 0}
+    attributes = {
+        "NORMAL": skin.normals,
+        "COLOR_0": _colours(skin, part_colours),
+        "JOINTS_0": joints.astype(np.uint8),
+        "WEIGHTS_0": weights,
+    }
+    return {
+        "attributes": {
+            "POSITION": numbers.add(skin.positions, VERTICES, bounds=True),
+            **{name: numbers.add(values, VERTICES) for name, values in attributes.items()},
+        },
+        "indices": numbers.add(skin.triangles.ravel().astype(np.uint32), INDICES),
+        "material": 0,
+    }
 
 
 def _colours(skin: Skin, part_colours: np.ndarray) -> np.ndarray:
-    """(n, 3) linear light of each corner, as the window's shaders see it (demo/render/shaders.py): squares of display colours."""
+    """(n, 3) linear light of each corner, as the window's shaders see it (demo/render/shaders.py): squares of display
+    colours."""
     cloth = part_colours[PART_OF_JOINT] ** 2 * (1 - GLOVES * body.IS_GLOVE[:, None])
-    colours = cloth[skin.joints[:, 0]] * (SHADED + (1 - SHADED) * skin.openness[:, None])  # of the joint it follows most
+    # of the joint it follows most
+    colours = cloth[skin.joints[:, 0]] * (SHADED + (1 - SHADED) * skin.openness[:, None])
     off = np.sum(((skin.positions - body.VISOR) * VISOR_SHARPNESS) ** 2, axis=-1, keepdims=True)
     return colours + (VISOR_COLOUR - colours) * np.clip(9 * (1 - off), 0, 1)
 
@@ -128,10 +158,14 @@ def _animation(numbers: _Numbers, clip: Clip) -> dict:
     times = numbers.add(np.arange(len(clip)) / clip.fps, bounds=True)
     turns = np.moveaxis(_xyzw(rot.continuous(clip.rotations)), 1, 0)  # (21, frames, 4)
     tracks = [(0, "translation", clip.hips), *((joint, "rotation", turn) for joint, turn in enumerate(turns))]
-    return {"name": "Patchwalk",
-            "samplers": [{"input": times, "output": numbers.add(values)} for _, _, values in tracks],
-            "channels": [{"sampler": sampler, "target": {"node": joint, "path": path}}
-                         for sampler, (joint, path, _) in enumerate(tracks)]}
+    return {
+        "name": "Patchwalk",
+        "samplers": [{"input": times, "output": numbers.add(values)} for _, _, values in tracks],
+        "channels": [
+            {"sampler": sampler, "target": {"node": joint, "path": path}}
+            for sampler, (joint, path, _) in enumerate(tracks)
+        ],
+    }
 
 
 def _xyzw(q: np.ndarray) -> np.ndarray:

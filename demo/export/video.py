@@ -38,6 +38,7 @@ def has_ffmpeg() -> bool:
     """Whether an MP4 can be made here."""
     try:
         import imageio_ffmpeg
+
         imageio_ffmpeg.get_ffmpeg_exe()
     except (ImportError, RuntimeError):
         return False
@@ -72,8 +73,10 @@ def _pictures(frames: Sequence[Frame], size: tuple[int, int], step: int, latency
 
 def _write_mp4(path: Path, pictures: Iterator[np.ndarray]) -> None:
     import imageio_ffmpeg
-    encoder = imageio_ffmpeg.write_frames(str(path), SIZE, fps=FPS, codec="libx264", macro_block_size=2,
-                                          output_params=FFMPEG_OPTIONS)
+
+    encoder = imageio_ffmpeg.write_frames(
+        str(path), SIZE, fps=FPS, codec="libx264", macro_block_size=2, output_params=FFMPEG_OPTIONS
+    )
     with closing(pictures), closing(encoder):  # closing the generator ends ffmpeg
         encoder.send(None)
         try:
@@ -86,7 +89,8 @@ def _write_mp4(path: Path, pictures: Iterator[np.ndarray]) -> None:
 def write_gif(path: Path, pictures: Iterator[np.ndarray]) -> None:
     """Writes pictures (height, width, 3) uint8, 20 of them a second, as an endless loop."""
     with closing(pictures):
-        # The octree keeps the figure's colours; the others spend nearly all on sky and ground. Dithering triples the file.
+        # The octree keeps the figure's colours; the others spend nearly all on sky and ground. Dithering triples the
+        # file.
         colours = {"method": Image.Quantize.FASTOCTREE, "dither": Image.Dither.NONE}
         images = (Image.fromarray(picture).quantize(**colours) for picture in pictures)
         next(images).save(path, "GIF", save_all=True, append_images=images, loop=0, duration=1000 * GIF_STEP // FPS)

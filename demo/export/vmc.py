@@ -53,7 +53,9 @@ class Sender:
             self._socket = socket.socket(family, socket.SOCK_DGRAM)
         except (OSError, UnicodeError) as error:  # a name may be too odd to be looked up at all
             reason = getattr(error, "strerror", None) or "it is no name of a machine"
-            raise ValueError(f"cannot stream to '{host}': {reason}; give a name or number that this machine can reach") from None
+            raise ValueError(
+                f"cannot stream to '{host}': {reason}; give a name or number that this machine can reach"
+            ) from None
         self._socket.setblocking(False)
         self._frames = 0
 
@@ -95,8 +97,10 @@ def messages(frame: Frame, seconds: float) -> list[bytes]:
     turns = pose.local_rotations
     turns[0] = rot.multiply(rot.from_yaw(-pose.root_facing), turns[0])
     root = osc("/VMC/Ext/Root/Pos", "root", *_unity(pose.root_position, rot.from_yaw(pose.root_facing)))
-    bones = [osc("/VMC/Ext/Bone/Pos", bone, *_unity(place, turn))
-             for bone, place, turn in zip(BONES, places, turns, strict=True)]
+    bones = [
+        osc("/VMC/Ext/Bone/Pos", bone, *_unity(place, turn))
+        for bone, place, turn in zip(BONES, places, turns, strict=True)
+    ]
     return [osc("/VMC/Ext/OK", 1), osc("/VMC/Ext/T", float(seconds)), root, *bones]
 
 
@@ -109,8 +113,11 @@ def osc(address: str, *arguments: str | int | float) -> bytes:
     """One message of Open Sound Control 1.0: address, types and arguments, each padded to four bytes."""
     types, data = ",", b""
     for argument in arguments:
-        kind, value = {str: ("s", _padded), int: ("i", struct.Struct(">i").pack),
-                       float: ("f", struct.Struct(">f").pack)}[type(argument)]
+        kind, value = {
+            str: ("s", _padded),
+            int: ("i", struct.Struct(">i").pack),
+            float: ("f", struct.Struct(">f").pack),
+        }[type(argument)]
         types, data = types + kind, data + value(argument)
     return _padded(address) + _padded(types) + data
 

@@ -54,8 +54,12 @@ FORM_START = np.array([form[1] for form in FORMS])  # (forms, 3)
 _AXIS = np.array([form[2] for form in FORMS]) - FORM_START
 FORM_LENGTH = np.linalg.norm(_AXIS, axis=-1)
 PROFILE = np.linspace(0, 1, 33)  # shares of a form's length at which its radius is tabled
-FORM_RADII = np.array([PchipInterpolator(np.linspace(0, 1, len(form[3])), form[3])(PROFILE)  # (forms, 33)
-                       for form in FORMS])
+FORM_RADII = np.array(
+    [
+        PchipInterpolator(np.linspace(0, 1, len(form[3])), form[3])(PROFILE)  # (forms, 33)
+        for form in FORMS
+    ]
+)
 FORM_STRETCH = np.array([(form[4], 1.0, form[5]) for form in FORMS])
 
 # Gloves and shoes: joints whose skin is a darker tone of their part's colour.
@@ -107,7 +111,8 @@ def figure(pose: Pose, part_colours: np.ndarray, shift=(0.0, 0.0, 0.0)) -> Figur
 
 
 def bones(pose: Pose, shift=(0.0, 0.0, 0.0)) -> np.ndarray:
-    """(84, 3) float32: for each joint the transform (4, 3) of row vectors from the bind pose to `pose` moved by `shift`."""
+    """(84, 3) float32: for each joint the transform (4, 3) of row vectors from the bind pose to `pose` moved by
+    `shift`."""
     turns = rot.multiply(pose.rotations, rot.inverse(BIND.rotations))
     result = np.empty((JOINT_COUNT, 4, 3), np.float32)
     result[:, :3] = rot.rotate(turns[:, None], np.eye(3))

@@ -29,12 +29,26 @@ def style_colour(name: str) -> tuple[float, float, float]:
 def oklch(lightness: float, chroma: float, hue: float) -> tuple[float, float, float]:
     """Display colour of an OKLCH triple (Ottosson 2020): equal lightness looks equally light whatever the hue."""
     a, b = chroma * np.cos(hue), chroma * np.sin(hue)
-    cones = np.array([lightness + 0.3963377774 * a + 0.2158037573 * b,
-                      lightness - 0.1055613458 * a - 0.0638541728 * b,
-                      lightness - 0.0894841775 * a - 1.2914855480 * b]) ** 3
-    linear = np.array([[4.0767416621, -3.3077115913, 0.2309699292],
-                       [-1.2684380046, 2.6097574011, -0.3413193965],
-                       [-0.0041960863, -0.7034186147, 1.7076147010]]) @ cones
+    cones = (
+        np.array(
+            [
+                lightness + 0.3963377774 * a + 0.2158037573 * b,
+                lightness - 0.1055613458 * a - 0.0638541728 * b,
+                lightness - 0.0894841775 * a - 1.2914855480 * b,
+            ]
+        )
+        ** 3
+    )
+    linear = (
+        np.array(
+            [
+                [4.0767416621, -3.3077115913, 0.2309699292],
+                [-1.2684380046, 2.6097574011, -0.3413193965],
+                [-0.0041960863, -0.7034186147, 1.7076147010],
+            ]
+        )
+        @ cones
+    )
     return tuple(float(channel) for channel in np.clip(linear, 0, 1) ** (1 / 2.2))
 
 

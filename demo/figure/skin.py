@@ -1,8 +1,8 @@
 """The figure's skin: its capsules melted into one smooth surface, cut into triangles and tied to the joints.
 
 The surface is where a smooth union of distances (log-sum-exp) is zero; corners and quads come from naive surface nets
-(Gibson 1998), each corner is then moved onto the surface and each quad folded as the surface goes. A corner follows the joints
-whose capsules are near it."""
+(Gibson 1998), each corner is then moved onto the surface and each quad folded as the surface goes. A corner follows the
+joints whose capsules are near it."""
 
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -37,18 +37,26 @@ class Skin:
 
     @cached_property
     def follow(self) -> sparse.csr_matrix:
-        """(2 n, 84): its product with demo.figure.body.bones (84, 3) is the skin in that pose, positions and then normals.
+        """(2 n, 84): its product with demo.figure.body.bones (84, 3) is the skin in that pose, positions and then
+        normals.
 
-        A corner is the weighted sum of its joints' transforms of it, so all of them are one sparse product: a quarter of
-        a millisecond, where a software driver's vertex shader takes several for each time the skin is drawn."""
+        A corner is the weighted sum of its joints' transforms of it, so all of them are one sparse product: a quarter
+        of a millisecond, where a software driver's vertex shader takes several for each time the skin is drawn."""
         weights = np.where(self.weights < SLACK, 0, self.weights)
         weights /= weights.sum(-1, keepdims=True)
-        homogeneous = [np.column_stack([vectors, np.full(len(vectors), last)])
-                       for vectors, last in ((self.positions, 1.0), (self.normals, 0.0))]
+        homogeneous = [
+            np.column_stack([vectors, np.full(len(vectors), last)])
+            for vectors, last in ((self.positions, 1.0), (self.normals, 0.0))
+        ]
         columns = (self.joints[:, :, None] * 4 + np.arange(4)).ravel()
         rows = np.repeat(np.arange(len(weights)), TIES * 4)
-        halves = [sparse.csr_matrix(((weights[:, :, None] * vectors[:, None]).ravel().astype(np.float32), (rows, columns)),
-                                    (len(weights), JOINT_COUNT * 4)) for vectors in homogeneous]
+        halves = [
+            sparse.csr_matrix(
+                ((weights[:, :, None] * vectors[:, None]).ravel().astype(np.float32), (rows, columns)),
+                (len(weights), JOINT_COUNT * 4),
+            )
+            for vectors in homogeneous
+        ]
         result = sparse.vstack(halves, format="csr")
         result.eliminate_zeros()
         return result
@@ -184,8 +192,9 @@ def _quads(distance: np.ndarray, index: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _triangles(positions: np.ndarray, quads: np.ndarray) -> np.ndarray:
-    """(2 m, 3) uint32: quads (m, 4) of corners at positions (n, 3), each folded along the diagonal that lies nearer to the
-    surface. Folded all alike, every other quad along the edge of a hand is folded across it: a sawtooth for an outline."""
+    """(2 m, 3) uint32: quads (m, 4) of corners at positions (n, 3), each folded along the diagonal that lies nearer to
+    the surface. Folded all alike, every other quad along the edge of a hand is folded across it: a sawtooth for an
+    outline."""
     middles = (positions[quads[:, :2]] + positions[quads[:, 2:]]) / 2  # (m, 2, 3), of either diagonal
     first, second = np.abs(_distance(middles.reshape(-1, 3))[0]).reshape(-1, 2).T
     quads = np.where((second < first)[:, None], np.roll(quads, 1, axis=1), quads)

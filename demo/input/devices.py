@@ -17,8 +17,10 @@ from sim.style_spec import Worn
 FULL_AXIS = 32767.0
 TRIGGER_HELD = 0.35
 ORBIT_RATE = 2.5  # radians a second at full stick
-STICKS = {"left stick": (pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY),
-          "right stick": (pygame.CONTROLLER_AXIS_RIGHTX, pygame.CONTROLLER_AXIS_RIGHTY)}
+STICKS = {
+    "left stick": (pygame.CONTROLLER_AXIS_LEFTX, pygame.CONTROLLER_AXIS_LEFTY),
+    "right stick": (pygame.CONTROLLER_AXIS_RIGHTX, pygame.CONTROLLER_AXIS_RIGHTY),
+}
 TRIGGERS = {"lefttrigger": pygame.CONTROLLER_AXIS_TRIGGERLEFT, "righttrigger": pygame.CONTROLLER_AXIS_TRIGGERRIGHT}
 SHIFT_TRIGGER = "lefttrigger+"
 KEY_PREFIXES = ("ctrl+", "shift+")  # in this order before the name of a key
@@ -35,8 +37,10 @@ class Devices:
         self.mode = ""  # or one of MODES, whose keys and buttons go first
         self.pointer = Pointer(table.mouse)
         self._keys = {_key(name): action for name, action in table.actions("keys").items()}
-        self._modes = {mode: ({_key(name)[1]: action for name, action in keys.items()}, buttons)
-                       for mode, (keys, buttons) in MODES.items()}
+        self._modes = {
+            mode: ({_key(name)[1]: action for name, action in keys.items()}, buttons)
+            for mode, (keys, buttons) in MODES.items()
+        }
         self._buttons = table.actions("pad")
         self._held: dict[int | str, str] = {}  # code of a key or name of a button that is down -> its action
         self._facing: float | None = None  # the yaw that the facing keys hold
@@ -62,7 +66,8 @@ class Devices:
         return action in self._held.values() or action == self.pointer.held or bool(trigger and self._trigger(trigger))
 
     def handle(self, events: Iterable[pygame.event.Event]) -> list[str]:
-        """The actions that a frame's events ask for, in order: names of demo.state.bindings, and those of `_HANDLERS`."""
+        """The actions that a frame's events ask for, in order: names of demo.state.bindings, and those of
+        `_HANDLERS`."""
         actions = []
         for event in events:
             if event.type in WAKING:
@@ -160,15 +165,21 @@ class Devices:
         return "pad_removed"
 
     _HANDLERS = {
-        pygame.KEYDOWN: _key_down, pygame.KEYUP: _key_up, pygame.TEXTINPUT: _text, pygame.WINDOWFOCUSLOST: _let_go,
+        pygame.KEYDOWN: _key_down,
+        pygame.KEYUP: _key_up,
+        pygame.TEXTINPUT: _text,
+        pygame.WINDOWFOCUSLOST: _let_go,
         pygame.MOUSEBUTTONDOWN: lambda self, event: self.pointer.down(event),
         pygame.MOUSEBUTTONUP: lambda self, event: self.pointer.up(event),
         pygame.MOUSEMOTION: lambda self, event: self.pointer.motion(event),
         pygame.MOUSEWHEEL: lambda self, event: self.pointer.wheel(event),
-        pygame.CONTROLLERBUTTONDOWN: _pad_button, pygame.CONTROLLERBUTTONUP: _pad_button_up,
+        pygame.CONTROLLERBUTTONDOWN: _pad_button,
+        pygame.CONTROLLERBUTTONUP: _pad_button_up,
         pygame.CONTROLLERAXISMOTION: _pad_axis,
-        pygame.CONTROLLERDEVICEADDED: _pad_added, pygame.CONTROLLERDEVICEREMOVED: _pad_removed,
-        pygame.VIDEORESIZE: lambda self, event: "resized", pygame.WINDOWSIZECHANGED: lambda self, event: "resized",
+        pygame.CONTROLLERDEVICEADDED: _pad_added,
+        pygame.CONTROLLERDEVICEREMOVED: _pad_removed,
+        pygame.VIDEORESIZE: lambda self, event: "resized",
+        pygame.WINDOWSIZECHANGED: lambda self, event: "resized",
         pygame.QUIT: lambda self, event: "quit",
     }
 
@@ -213,11 +224,14 @@ def _key(name: str) -> tuple[str, int]:
     plain = name
     for prefix in KEY_PREFIXES:
         plain = plain.removeprefix(prefix)
-    return name[:len(name) - len(plain)], pygame.key.key_code(plain)
+    return name[: len(name) - len(plain)], pygame.key.key_code(plain)
 
 
-_BUTTON_NAMES = {getattr(pygame, name): name.removeprefix("CONTROLLER_BUTTON_").lower() for name in vars(pygame)
-                 if name.startswith("CONTROLLER_BUTTON_")}
+_BUTTON_NAMES = {
+    getattr(pygame, name): name.removeprefix("CONTROLLER_BUTTON_").lower()
+    for name in vars(pygame)
+    if name.startswith("CONTROLLER_BUTTON_")
+}
 
 
 def _button_name(number: int) -> str:

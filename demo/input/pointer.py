@@ -20,7 +20,9 @@ class Pointer:
 
         A button may do both: it orbits when it is dragged and touches when it is clicked."""
         self._touching, self._orbiting = set(table.get("touch", ())), set(table.get("orbit", ()))
-        self._actions = {name: action for action, names in table.items() if action not in ("touch", "orbit") for name in names}
+        self._actions = {
+            name: action for action, names in table.items() if action not in ("touch", "orbit") for name in names
+        }
         self.regions: Sequence[Region] = ()
         self.position = (-1, -1)
         self.orbit = [0.0, 0.0]  # radians since it was last taken
@@ -32,8 +34,15 @@ class Pointer:
     def under(self) -> Region | None:
         """What lies under the mouse; a panel's own background counts, with an empty action."""
         x, y = self.position
-        return next((region for region in reversed(self.regions) if region.box[0] <= x < region.box[0] + region.box[2]
-                     and region.box[1] <= y < region.box[1] + region.box[3]), None)
+        return next(
+            (
+                region
+                for region in reversed(self.regions)
+                if region.box[0] <= x < region.box[0] + region.box[2]
+                and region.box[1] <= y < region.box[1] + region.box[3]
+            ),
+            None,
+        )
 
     def down(self, event) -> list[str]:
         """A button goes down."""
@@ -54,8 +63,11 @@ class Pointer:
         if region.kind == "slide":
             self._sliding = region
             return [self._slid(region)]
-        return [f"{region.action}:{self._share(region, 0):.3f},{self._share(region, 1):.3f}"
-                if region.kind == "point" else region.action]
+        return [
+            f"{region.action}:{self._share(region, 0):.3f},{self._share(region, 1):.3f}"
+            if region.kind == "point"
+            else region.action
+        ]
 
     def up(self, event) -> list[str]:
         """A button is let go: on the scene, where it did not move, it touches what is there."""

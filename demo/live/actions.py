@@ -34,8 +34,14 @@ def do(live: "Live", action: str) -> None:
 
 def is_on(live: "Live", action: str) -> bool | None:
     """Whether what an action turns on and off is on; None for an action of another kind."""
-    return {"twin": bool(live.view.twin), "blend": live.choice.blending, "record": live.recorder is not None,
-            "pace": live.pace, "panels": not live.hidden, **{name: name in live.seen for name in SEEN}}.get(action)
+    return {
+        "twin": bool(live.view.twin),
+        "blend": live.choice.blending,
+        "record": live.recorder is not None,
+        "pace": live.pace,
+        "panels": not live.hidden,
+        **{name: name in live.seen for name in SEEN},
+    }.get(action)
 
 
 def _pick(live: "Live", part: str) -> None:
@@ -47,6 +53,7 @@ def _pick_next(step: int) -> Action:
     def pick(live: "Live", _: str) -> None:
         live.choice.pick_next(step)
         live.glow()
+
     return pick
 
 
@@ -59,7 +66,9 @@ def _on_diagram(live: "Live", at: str) -> None:
 def _touch(live: "Live", at: str) -> None:
     """A click on the scene picks the part of the figure that is there."""
     camera, (width, height) = live.view.camera, live.window.size
-    joints = np.column_stack([live.frame.styled.positions, np.ones(JOINT_COUNT)]) @ camera.world_to_clip(width / height).T
+    joints = (
+        np.column_stack([live.frame.styled.positions, np.ones(JOINT_COUNT)]) @ camera.world_to_clip(width / height).T
+    )
     places = (joints[:, :2] / joints[:, 3:] * [1, -1] + 1) / 2 * live.window.size
     pixel = 2 * np.tan(camera.field_of_view / 2) / min(width, height) * camera.distance  # metres, where the figure is
     part = diagram.nearest_part(places, np.array(at.split(","), float), TOUCH_REACH / pixel)
@@ -99,6 +108,7 @@ def _next_preset(live: "Live", _: str) -> None:
 def _save_preset(live: "Live", slot: str) -> None:
     def save() -> None:
         live.say(f"kept as preset {slot}: {live.presets.save(int(slot), live.choice.style)}")
+
     live.guard(save)
 
 
@@ -109,6 +119,7 @@ def _next_twin(live: "Live", _: str) -> None:
 def _see(name: str) -> Action:
     def toggle(live: "Live", _: str) -> None:
         live.seen ^= {name}
+
     return toggle
 
 
@@ -176,7 +187,11 @@ def _toggle(name: str) -> Action:
 SEEN = ("skeleton", "trajectory", "contacts", "onion", "phase", "attention", "times")  # what can be seen inside
 
 ACTIONS: dict[str, Action] = {
-    "pick": _pick, "part_previous": _pick_next(-1), "part_next": _pick_next(1), "diagram": _on_diagram, "touch": _touch,
+    "pick": _pick,
+    "part_previous": _pick_next(-1),
+    "part_next": _pick_next(1),
+    "diagram": _on_diagram,
+    "touch": _touch,
     "style_previous": lambda live, _: live.choice.cycle(-1),
     "style_next": lambda live, _: live.choice.cycle(1),
     "choose": _choose,
@@ -184,16 +199,23 @@ ACTIONS: dict[str, Action] = {
     "stronger": lambda live, _: live.choice.change_strength(1),
     "strength": lambda live, share: live.choice.set_strength(float(share) * MAX_STRENGTH),
     "share": lambda live, share: live.choice.set_share(float(share)),
-    "blend": _blend, "pace": _switch_pace,
+    "blend": _blend,
+    "pace": _switch_pace,
     "own_style": lambda live, _: live.choice.reset(),
     "reset": lambda live, _: live.choice.reset(everything=True),
-    "stylizer_next": _next_stylizer, "reroll": _reroll,
+    "stylizer_next": _next_stylizer,
+    "reroll": _reroll,
     "random": lambda live, _: live.choice.mix(),
-    "preset": _wear_preset, "save": _save_preset, "preset_next": _next_preset,
-    "search": _search, "typed": _typed, "untyped": lambda live, _: live.type(False),
+    "preset": _wear_preset,
+    "save": _save_preset,
+    "preset_next": _next_preset,
+    "search": _search,
+    "typed": _typed,
+    "untyped": lambda live, _: live.type(False),
     "text": lambda live, text: setattr(live.choice, "search", live.choice.search + text),
     "erase": lambda live, _: setattr(live.choice, "search", live.choice.search[:-1]),
-    "twin": _next_twin, **{name: _see(name) for name in SEEN},
+    "twin": _next_twin,
+    **{name: _see(name) for name in SEEN},
     "zoom_in": lambda live, _: live.view.camera.zoom(1),
     "zoom_out": lambda live, _: live.view.camera.zoom(-1),
     "menu": _menu,
@@ -204,14 +226,17 @@ ACTIONS: dict[str, Action] = {
     "menu_right": lambda live, _: live.menu.turn(1),
     "menu_do": lambda live, _: live.menu.do(live.do, live.presets.slots),
     "menu_other": lambda live, _: live.menu.do(live.do, live.presets.slots, other=True),
-    "panels": _toggle("hidden"), "help": _toggle("helping"),
+    "panels": _toggle("hidden"),
+    "help": _toggle("helping"),
     "record": lambda live, _: taking.toggle_recording(live),
     "export": lambda live, _: taking.export(live),
     "screenshot": lambda live, _: taking.screenshot(live),
     "full_screen": lambda live, _: live.window.toggle_full_screen(),
     "resized": lambda live, _: live.resize(),
-    "leave": _leave, "quit": lambda live, _: setattr(live, "leaving", True),
-    "wake": lambda live, _: live.wake(), "stick": lambda live, _: live.wake(),
+    "leave": _leave,
+    "quit": lambda live, _: setattr(live, "leaving", True),
+    "wake": lambda live, _: live.wake(),
+    "stick": lambda live, _: live.wake(),
     "pad_added": lambda live, _: live.say(f"gamepad plugged in: {live.devices.pad_name}"),
     "pad_removed": lambda live, _: live.say(f"gamepad unplugged; {live.devices.pad_name or 'the keyboard'} steers"),
 }

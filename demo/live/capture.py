@@ -73,8 +73,10 @@ def wear_learned(live: "Live") -> None:
             live.choice.learn(result.style)
             live.choice.choose(result.style)
             live.inset.play(result.clip, result.style)
-            live.say(f"learned “{result.style}” ({', '.join(result.movements)}): worn by {panels.readable(live.choice.picked)}, "
-                     "kept for the next start")
+            live.say(
+                f"learned “{result.style}” ({', '.join(result.movements)}): "
+                f"worn by {panels.readable(live.choice.picked)}, kept for the next start"
+            )
         else:
             live.say(result.reason, ALERT)
 

@@ -1,4 +1,5 @@
-"""What can be seen inside a session: its trajectory, the last half second, phase, attention, times. Nothing is changed."""
+"""What can be seen inside a session: its trajectory, the last half second, phase, attention, times. Nothing is
+changed."""
 
 from collections import deque
 from typing import Callable
@@ -45,7 +46,7 @@ class Insight:
     def past(self) -> tuple[Pose, ...]:
         """Neutral poses of the half second that the stylizer is given, the oldest first; none is newer than now."""
         step = SPAN // GHOSTS
-        return tuple(frame.neutral for frame in list(self._frames)[:-step // 2:step])
+        return tuple(frame.neutral for frame in list(self._frames)[: -step // 2 : step])
 
     def panels(self, seen: set[str], choice: StyleChoice) -> list[Panel]:
         """Those that are wanted."""
@@ -57,7 +58,9 @@ class Insight:
         if "phase" in seen and self._frames:
             shown.append(panels.dial(self._frames[-1].neutral))
         if "attention" in seen:
-            shown.append(self._look("attention", (part, worn), lambda: panels.attention(self._attend(part), part, worn)))
+            shown.append(
+                self._look("attention", (part, worn), lambda: panels.attention(self._attend(part), part, worn))
+            )
         return shown
 
     def _look(self, name: str, at: tuple, make: Callable[[], Panel]) -> Panel:

@@ -1,8 +1,9 @@
-"""Files dropped on the window: the BVH clips of one drop become one style, learned in a thread while the character walks on.
+"""Files dropped on the window: the BVH clips of one drop become one style, learned in a thread while the character
+walks on.
 
-Learning is some 0.1 s of numpy and one pass of the encoder for a clip of ten seconds: too long for a frame, too short to
-pay for a process that would first have to import everything. The thread and the walk share Python's lock, so the walk
-misses a frame or two; each has its own core for the arithmetic."""
+Learning is some 0.1 s of numpy and one pass of the encoder for a clip of ten seconds: too long for a frame, too short
+to pay for a process that would first have to import everything. The thread and the walk share Python's lock, so the
+walk misses a frame or two; each has its own core for the arithmetic."""
 
 import textwrap
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -50,8 +51,8 @@ class Dropped:
     def take(self, events: Iterable[pygame.event.Event]) -> list[list[Path]]:
         """Takes a turn's events; the files of each drop that is whole now and begun to be learned, as one style.
 
-        SDL reports a drop's beginning, its files and its end, maybe in several turns; where a platform reports the files
-        alone, those of one turn belong together."""
+        SDL reports a drop's beginning, its files and its end, maybe in several turns; where a platform reports the
+        files alone, those of one turn belong together."""
         whole = []
         self._quiet += 1
         for event in events:
@@ -109,7 +110,9 @@ def shown(paths: Sequence[Path]) -> str:
 
 def _short(sentence: str) -> str:
     """What is wrong, cut where it is long, and what to do, whole: the two are parted by a semicolon."""
-    wrong, parted, remedy = sentence.replace("given with --map", "given to `patchwalk styles add` with --map").rpartition("; ")
+    wrong, parted, remedy = sentence.replace(
+        "given with --map", "given to `patchwalk styles add` with --map"
+    ).rpartition("; ")
     if not parted:
         wrong, remedy = sentence, ""
     return textwrap.shorten(wrong, LONGEST, placeholder=" ...") + parted + remedy

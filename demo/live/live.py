@@ -54,15 +54,24 @@ class LiveReport:
     files: tuple[Path, ...]
 
 
-def run_live(session: Session, styles: Sequence[str], seconds: float | None = None, window: Window | None = None,
-             recorder_factory: MakeRecorder = Recorder, clock: Callable[[], float] = time.perf_counter,
-             sleep: Callable[[float], None] = time.sleep, attract: Iterable[Command] = (),
-             bindings: Bindings = DEFAULT, presets: Presets | None = None, stream: Sender | None = None) -> LiveReport:
+def run_live(
+    session: Session,
+    styles: Sequence[str],
+    seconds: float | None = None,
+    window: Window | None = None,
+    recorder_factory: MakeRecorder = Recorder,
+    clock: Callable[[], float] = time.perf_counter,
+    sleep: Callable[[float], None] = time.sleep,
+    attract: Iterable[Command] = (),
+    bindings: Bindings = DEFAULT,
+    presets: Presets | None = None,
+    stream: Sender | None = None,
+) -> LiveReport:
     """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
 
-    styles: the names to choose from. attract: commands that are played, over and over, until somebody touches a control.
-    stream: where each frame is sent as it is made.
-    Raises NoDisplay or NoGL where no window can be had; what goes wrong later is shown on screen."""
+    styles: the names to choose from. attract: commands that are played, over and over, until somebody touches a
+    control. stream: where each frame is sent as it is made. Raises NoDisplay or NoGL where no window can be had; what
+    goes wrong later is shown on screen."""
     presets = presets or Presets()
     with window or open_window() as window:
         live = Live(session, styles, window, recorder_factory, clock, attract, bindings, presets, stream)
@@ -86,10 +95,18 @@ class Live:
 
     `do` carries out an action; keys that are only held are the devices' affair."""
 
-    def __init__(self, session: Session, styles: Sequence[str], window: Window,
-                 recorder_factory: MakeRecorder = Recorder,
-                 clock: Callable[[], float] = time.perf_counter, attract: Iterable[Command] = (),
-                 bindings: Bindings = DEFAULT, presets: Presets | None = None, stream: Sender | None = None) -> None:
+    def __init__(
+        self,
+        session: Session,
+        styles: Sequence[str],
+        window: Window,
+        recorder_factory: MakeRecorder = Recorder,
+        clock: Callable[[], float] = time.perf_counter,
+        attract: Iterable[Command] = (),
+        bindings: Bindings = DEFAULT,
+        presets: Presets | None = None,
+        stream: Sender | None = None,
+    ) -> None:
         self.session, self.window = session, window
         self.devices, self.choice, self.view = Devices(bindings), StyleChoice(styles), View()
         self.presets, self.preset = presets or Presets(), 0

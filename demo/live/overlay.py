@@ -48,7 +48,9 @@ def _main_panels(live: "Live") -> Iterator[hud.Panel]:
     if not live.hidden:
         yield panels.wardrobe(live.choice, live.devices.mode == "typing", live.devices.holds("compare"))
         yield panels.presets(live.presets)
-    yield panels.status(live.choice, live.figures, live.missed, live.devices.facing_held, live.recorder, brief=not live.hidden)
+    yield panels.status(
+        live.choice, live.figures, live.missed, live.devices.facing_held, live.recorder, brief=not live.hidden
+    )
     if live.hints.text:
         yield panels.line(live.hints.text, "bottom")
     if not (live.menu.open and live.inset.playing):  # there is no room for all three

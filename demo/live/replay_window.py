@@ -1,4 +1,5 @@
-"""A recording watched in a window: the live window's picture at the recording's own pace; the mouse turns the camera."""
+"""A recording watched in a window: the live window's picture at the recording's own pace; the mouse turns the
+camera."""
 
 import time
 from typing import Iterable, Iterator
@@ -20,7 +21,8 @@ from sim.session import Frame, Session
 def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
     """Every frame of the replay, each shown when its time has come; a slow machine shows fewer, and steps them all.
 
-    After Esc, or with the window closed, the rest comes as fast as it goes. Raises NoDisplay and NoGL (demo.render.window)."""
+    After Esc, or with the window closed, the rest comes as fast as it goes. Raises NoDisplay and NoGL
+    (demo.render.window)."""
     with open_window() as window:
         renderer, view, pointer = Renderer(window.size), View(), Pointer(DEFAULT.mouse)
         watching, start = True, time.perf_counter()
@@ -48,8 +50,12 @@ def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
 
 def _turn(camera: Camera, pointer: Pointer, events: Iterable[pygame.event.Event]) -> None:
     """Lets the mouse orbit and zoom, as in the live window."""
-    handlers = {pygame.MOUSEBUTTONDOWN: pointer.down, pygame.MOUSEBUTTONUP: pointer.up, pygame.MOUSEMOTION: pointer.motion,
-                pygame.MOUSEWHEEL: pointer.wheel}
+    handlers = {
+        pygame.MOUSEBUTTONDOWN: pointer.down,
+        pygame.MOUSEBUTTONUP: pointer.up,
+        pygame.MOUSEMOTION: pointer.motion,
+        pygame.MOUSEWHEEL: pointer.wheel,
+    }
     actions = [action for event in events if event.type in handlers for action in handlers[event.type](event)]
     camera.zoom(actions.count("zoom_in") - actions.count("zoom_out"))
     camera.orbit(*pointer.orbit)

@@ -101,8 +101,12 @@ def texture(width: int, height: int, pixels: bytes | None = None, single: bool =
     GL.glBindTexture(GL.GL_TEXTURE_2D, handle)
     GL.glPixelStorei(GL.GL_UNPACK_ALIGNMENT, 1)
     GL.glTexImage2D(GL.GL_TEXTURE_2D, 0, inner, width, height, 0, outer, GL.GL_UNSIGNED_BYTE, pixels)
-    for name, value in ((GL.GL_TEXTURE_MIN_FILTER, GL.GL_LINEAR), (GL.GL_TEXTURE_MAG_FILTER, GL.GL_LINEAR),
-                        (GL.GL_TEXTURE_WRAP_S, GL.GL_CLAMP_TO_EDGE), (GL.GL_TEXTURE_WRAP_T, GL.GL_CLAMP_TO_EDGE)):
+    for name, value in (
+        (GL.GL_TEXTURE_MIN_FILTER, GL.GL_LINEAR),
+        (GL.GL_TEXTURE_MAG_FILTER, GL.GL_LINEAR),
+        (GL.GL_TEXTURE_WRAP_S, GL.GL_CLAMP_TO_EDGE),
+        (GL.GL_TEXTURE_WRAP_T, GL.GL_CLAMP_TO_EDGE),
+    ):
         GL.glTexParameteri(GL.GL_TEXTURE_2D, name, value)
     return handle
 
@@ -144,8 +148,17 @@ class Target:
         bound. Only a picture without samples may be magnified."""
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self.handle)
         GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, framebuffer)
-        GL.glBlitFramebuffer(0, 0, self.width, self.height, 0, 0, *size, GL.GL_COLOR_BUFFER_BIT,
-                             GL.GL_NEAREST if size == (self.width, self.height) else GL.GL_LINEAR)
+        GL.glBlitFramebuffer(
+            0,
+            0,
+            self.width,
+            self.height,
+            0,
+            0,
+            *size,
+            GL.GL_COLOR_BUFFER_BIT,
+            GL.GL_NEAREST if size == (self.width, self.height) else GL.GL_LINEAR,
+        )
         bind_framebuffer(framebuffer, size)
 
     def delete(self) -> None:
@@ -181,7 +194,9 @@ def bind_framebuffer(handle: int, size: tuple[int, int]) -> None:
     GL.glViewport(0, 0, *size)
 
 
-def inlay(picture: Target, framebuffer: int, left: int, bottom: int, border: int, colour: tuple[float, float, float]) -> None:
+def inlay(
+    picture: Target, framebuffer: int, left: int, bottom: int, border: int, colour: tuple[float, float, float]
+) -> None:
     """Copies a picture without samples into a corner of another framebuffer, with a border in one colour around it."""
     GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, picture.handle)
     GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, framebuffer)
@@ -190,8 +205,18 @@ def inlay(picture: Target, framebuffer: int, left: int, bottom: int, border: int
     GL.glClearColor(*colour, 1.0)
     GL.glClear(GL.GL_COLOR_BUFFER_BIT)
     GL.glDisable(GL.GL_SCISSOR_TEST)
-    GL.glBlitFramebuffer(0, 0, picture.width, picture.height, left, bottom, left + picture.width, bottom + picture.height,
-                         GL.GL_COLOR_BUFFER_BIT, GL.GL_NEAREST)
+    GL.glBlitFramebuffer(
+        0,
+        0,
+        picture.width,
+        picture.height,
+        left,
+        bottom,
+        left + picture.width,
+        bottom + picture.height,
+        GL.GL_COLOR_BUFFER_BIT,
+        GL.GL_NEAREST,
+    )
     GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, framebuffer)
 
 

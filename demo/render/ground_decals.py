@@ -31,8 +31,11 @@ def shades(pose: Pose, shift=(0.0, 0.0, 0.0)) -> list[tuple]:
 
 def contacts(pose: Pose) -> list[tuple]:
     """A ring round each foot joint on the ground, as strong as the contact."""
-    return [(*pose.positions[joint, [0, 2]], radius, 0.0, *CONTACT, 0.85 * float(contact), RING, 0.012)
-            for joint, contact, radius in zip(CONTACT_JOINTS, pose.contacts, RING_RADII, strict=True) if contact > 0.05]
+    return [
+        (*pose.positions[joint, [0, 2]], radius, 0.0, *CONTACT, 0.85 * float(contact), RING, 0.012)
+        for joint, contact, radius in zip(CONTACT_JOINTS, pose.contacts, RING_RADII, strict=True)
+        if contact > 0.05
+    ]
 
 
 def arrow(frame: Frame) -> list[tuple]:
@@ -48,8 +51,10 @@ def arrow(frame: Frame) -> list[tuple]:
 def skeleton(pose: Pose, colour, scale: float, shift=(0.0, 0.0, 0.0)) -> list[tuple]:
     """Lines from joint to joint and a dot on each, `scale` pixels a unit."""
     places = pose.positions + shift
-    rows = [_line(places[parent], place, (*colour, 0.85), 1.3 * scale)
-            for parent, place in zip(PARENTS[1:], places[1:], strict=True)]
+    rows = [
+        _line(places[parent], place, (*colour, 0.85), 1.3 * scale)
+        for parent, place in zip(PARENTS[1:], places[1:], strict=True)
+    ]
     return rows + [_line(place, place, (*colour, 1.0), 3.2 * scale) for place in places]
 
 
@@ -64,7 +69,9 @@ def paths(ways: Paths, scale: float) -> list[tuple]:
 
 
 def _way(points, colour, scale: float) -> list[tuple]:
-    return [_line(_on_floor(a), _on_floor(b), (*colour, 0.9), 1.4 * scale) for a, b in zip(points, points[1:], strict=False)]
+    return [
+        _line(_on_floor(a), _on_floor(b), (*colour, 0.9), 1.4 * scale) for a, b in zip(points, points[1:], strict=False)
+    ]
 
 
 def _on_floor(point) -> tuple[float, float, float]:

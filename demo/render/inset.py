@@ -34,10 +34,13 @@ class Inset:
 
     def play(self, clip: Clip, style: str) -> None:
         """Shows a clip from its start, in the colour of a style."""
-        clip = clip[:round(SECONDS * FPS)]
+        clip = clip[: round(SECONDS * FPS)]
         root = root_frame(clip.positions(), clip.fps)
         command = Command(style=dict.fromkeys(PART_NAMES, (style, 1.0)))
-        poses = [Pose(*pose, np.zeros(4), 0.0) for pose in zip(root.positions, root.facing, clip.hips, clip.global_rotations())]
+        poses = [
+            Pose(*pose, np.zeros(4), 0.0)
+            for pose in zip(root.positions, root.facing, clip.hips, clip.global_rotations())
+        ]
         self._frames = [Frame(command, pose, pose) for pose in poses]
         self._left = round(SECONDS * FPS)
         self._view = View(Camera(yaw=float(root.facing[0]) + np.pi + 0.6, distance=3.1), arrow=False, contacts=False)
@@ -57,6 +60,7 @@ class Inset:
         if not self.playing:
             return
         from demo.render import gl  # only now: a window must be open
+
         window, (width, height) = gl.bound_framebuffer(), window_size
         self._fit(gl, tuple(max(1, round(side * height)) for side in SIDES))
         if self._age % EVERY == 0:

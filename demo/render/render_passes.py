@@ -87,7 +87,7 @@ class _Meshes:
             self._made.append(_Mesh(self._skin))
         for mesh, figure in zip(self._made, figures, strict=False):
             mesh.pose(figure.bones)
-        return self._made[:len(figures)]
+        return self._made[: len(figures)]
 
 
 class _Mesh:
@@ -118,7 +118,8 @@ class _Mesh:
         return np.einsum("ij,ij->i", to_eye, normals) / np.sqrt(np.einsum("ij,ij->i", to_eye, to_eye))
 
     def draw(self, shown: np.ndarray | None = None) -> None:
-        """Draws, with the program in use, the triangles that have a shown corner: a software driver is slow with each."""
+        """Draws, with the program in use, the triangles that have a shown corner: a software driver is slow with
+        each."""
         triangles = self._skin.triangles
         if shown is not None:
             triangles = triangles[shown[triangles].any(axis=1)]
@@ -135,7 +136,9 @@ class Shadow:
         self._blur = gl.program(shaders.FULL_VERTEX, shaders.BLUR_FRAGMENT)
         self._array = GL.glGenVertexArrays(1)
 
-    def draw(self, bodies: Bodies, figures: list[Figure], to_light: np.ndarray, area: tuple[float, float, float]) -> int:
+    def draw(
+        self, bodies: Bodies, figures: list[Figure], to_light: np.ndarray, area: tuple[float, float, float]
+    ) -> int:
         """The texture with the finished picture of a square of ground: area, its centre x, z and half its side."""
         sharp, blurred = self._targets
         sharp.bind()

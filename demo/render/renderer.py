@@ -100,7 +100,8 @@ def _shadow_area(frame: Frame, view: View) -> tuple[float, float, float]:
     joints = frame.styled.positions
     if view.twin == "beside":
         joints = np.concatenate([joints, frame.neutral.positions + view.twin_shift])
-    ground = joints[:, [0, 2]] - TO_LIGHT[[0, 2]] * (joints[:, 1:2] / TO_LIGHT[1])  # the shadow falls away from the light
+    # the shadow falls away from the light
+    ground = joints[:, [0, 2]] - TO_LIGHT[[0, 2]] * (joints[:, 1:2] / TO_LIGHT[1])
     low, high = ground.min(0) - SHADOW_MARGIN, ground.max(0) + SHADOW_MARGIN
     return *((low + high) / 2), float((high - low).max() / 2)
 

@@ -4,10 +4,12 @@ VERSION = "#version 330 core\n"
 
 # ---- body: a skin whose corners come posed ------------------------------------------------------------------
 
-BODY_VERTEX = VERSION + """
+BODY_VERTEX = (
+    VERSION
+    + """
 layout(location = 0) in vec3 place;               // in the world
 layout(location = 1) in vec3 direction;
-layout(location = 2) in vec4 limbs;               // shares of left leg, right leg, left arm, right arm; the rest is spine
+layout(location = 2) in vec4 limbs;               // left leg, right leg, left arm, right arm; the rest is spine
 layout(location = 3) in vec2 wear;                // share of gloves and shoes, openness
 layout(location = 4) in vec3 bind_place;
 uniform vec4 tints[5];                            // display colour of each body part
@@ -24,7 +26,8 @@ void main() {
     world = place;
     normal = direction;
     float any_limb = limbs.x + limbs.y + limbs.z + limbs.w;
-    vec3 tint = (tints[0] * limbs.x + tints[1] * limbs.y + tints[3] * limbs.z + tints[4] * limbs.w).rgb / max(any_limb, 1e-3);
+    vec4 tinted = tints[0] * limbs.x + tints[1] * limbs.y + tints[3] * limbs.z + tints[4] * limbs.w;
+    vec3 tint = tinted.rgb / max(any_limb, 1e-3);
     limb = tint * tint;
     share = vec3(any_limb, wear);
     bind = bind_place;
@@ -33,8 +36,11 @@ void main() {
     gl_Position = world_to_clip * vec4(place + direction * ((edges - 0.5) * pixel * depth), 1.0);
 }
 """
+)
 
-BODY_FRAGMENT = VERSION + """
+BODY_FRAGMENT = (
+    VERSION
+    + """
 uniform vec4 tints[5];
 uniform vec3 eye;
 uniform vec3 to_light;
@@ -85,9 +91,12 @@ void main() {
     pixel = vec4(sqrt(lit * (1.12 / (1.0 + 0.16 * lit))), covered);
 }
 """
+)
 
 # A body that one can see through: its outline more than its inside.
-GHOST_FRAGMENT = VERSION + """
+GHOST_FRAGMENT = (
+    VERSION
+    + """
 uniform vec4 tints[5];
 uniform vec3 eye;
 uniform float opacity;
@@ -99,10 +108,13 @@ void main() {
     pixel = vec4(tints[2].rgb * (0.80 + 0.20 * normal.y), opacity * (0.22 + 0.78 * rim * rim));
 }
 """
+)
 
 # ---- shadow: the body flattened along the light into a small picture of the ground --------------------------
 
-SHADOW_VERTEX = VERSION + """
+SHADOW_VERTEX = (
+    VERSION
+    + """
 layout(location = 0) in vec3 place;
 uniform vec3 to_light;
 uniform vec3 area;  // centre x, z and half width of the ground in the picture
@@ -114,22 +126,31 @@ void main() {
     gl_Position = vec4((ground - area.xy) / area.z, 0.0, 1.0);
 }
 """
+)
 
-SHADOW_FRAGMENT = VERSION + """
+SHADOW_FRAGMENT = (
+    VERSION
+    + """
 in float height;
 out vec4 pixel;
 void main() { pixel = vec4(clamp(0.62 - 0.20 * height, 0.0, 1.0)); }  // what is high up casts a weaker shadow
 """
+)
 
-FULL_VERTEX = VERSION + """
+FULL_VERTEX = (
+    VERSION
+    + """
 out vec2 uv;
 void main() {
     uv = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2);
     gl_Position = vec4(uv * 2.0 - 1.0, 1.0, 1.0);
 }
 """
+)
 
-BLUR_FRAGMENT = VERSION + """
+BLUR_FRAGMENT = (
+    VERSION
+    + """
 uniform sampler2D picture;
 uniform vec2 texel;  // one step along the direction of this pass
 in vec2 uv;
@@ -140,6 +161,7 @@ void main() {
           + (texture(picture, uv - 0.7 * texel) + texture(picture, uv + 0.7 * texel)) * 0.35;
 }
 """
+)
 
 # ---- ground and sky -----------------------------------------------------------------------------------------
 
@@ -148,7 +170,9 @@ const vec3 HORIZON = vec3(0.872, 0.896, 0.914);
 const vec3 ZENITH = vec3(0.38, 0.545, 0.72);
 """
 
-SKY_VERTEX = VERSION + """
+SKY_VERTEX = (
+    VERSION
+    + """
 uniform float horizon;  // where it is in the picture, in clip units: only what lies above is sky
 uniform vec2 slope;     // sine of the elevation in the middle of the picture and its growth from there to the top
 out float up;
@@ -158,8 +182,12 @@ void main() {
     gl_Position = vec4(float(gl_VertexID & 1) * 2.0 - 1.0, y, 1.0, 1.0);
 }
 """
+)
 
-SKY_FRAGMENT = VERSION + SKY + """
+SKY_FRAGMENT = (
+    VERSION
+    + SKY
+    + """
 in float up;
 out vec4 pixel;
 void main() {
@@ -167,8 +195,11 @@ void main() {
     pixel = vec4(mix(HORIZON, ZENITH, high * (2.0 - high)), 1.0);
 }
 """
+)
 
-GROUND_VERTEX = VERSION + """
+GROUND_VERTEX = (
+    VERSION
+    + """
 uniform mat4 world_to_clip;
 uniform vec3 focus;  // under the camera's target
 const float GROUND_REACH = 100.0;  // metres: the haze has long closed over it
@@ -180,8 +211,12 @@ void main() {
     gl_Position = world_to_clip * vec4(world.x, 0.0, world.y, 1.0);
 }
 """
+)
 
-GROUND_FRAGMENT = VERSION + SKY + """
+GROUND_FRAGMENT = (
+    VERSION
+    + SKY
+    + """
 in vec2 world;
 in vec2 from_focus;
 out vec4 pixel;
@@ -205,8 +240,11 @@ void main() {
     pixel = vec4(mix(HORIZON, ground - marks, 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
 }
 """
+)
 
-SHADE_VERTEX = VERSION + """
+SHADE_VERTEX = (
+    VERSION
+    + """
 uniform mat4 world_to_clip;
 uniform vec3 area;  // centre x, z and half width of the ground in the shadow's picture
 out vec2 uv;
@@ -216,17 +254,23 @@ void main() {
     gl_Position = world_to_clip * vec4(world.x, 0.0, world.y, 1.0);
 }
 """
+)
 
-SHADE_FRAGMENT = VERSION + """
+SHADE_FRAGMENT = (
+    VERSION
+    + """
 uniform sampler2D shadow;
 in vec2 uv;
 out vec4 pixel;
 void main() { pixel = vec4(texture(shadow, uv).r); }  // blended: what it takes from the ground
 """
+)
 
 # ---- marks: discs and arrows lying on the ground ------------------------------------------------------------
 
-MARK_VERTEX = VERSION + """
+MARK_VERTEX = (
+    VERSION
+    + """
 layout(location = 0) in vec4 place;   // x, z of the start, x, z from there to the tip (for a disc: its radius along x)
 layout(location = 1) in vec4 colour;
 layout(location = 2) in vec2 kind;    // 0 soft disc, 1 ring, 2 arrow; half width in metres
@@ -247,8 +291,11 @@ void main() {
     gl_Position = world_to_clip * vec4(ground.x, 0.0, ground.y, 1.0);
 }
 """
+)
 
-MARK_FRAGMENT = VERSION + """
+MARK_FRAGMENT = (
+    VERSION
+    + """
 in vec2 at;
 flat in vec4 tint;
 flat in vec3 look;
@@ -276,10 +323,13 @@ void main() {
     pixel = vec4(tint.rgb, tint.a * alpha);
 }
 """
+)
 
 # ---- lines: as wide on the screen wherever they are ---------------------------------------------------------
 
-LINE_VERTEX = VERSION + """
+LINE_VERTEX = (
+    VERSION
+    + """
 layout(location = 0) in vec4 start;   // metres; half width in pixels
 layout(location = 1) in vec4 stop;    // metres; unused
 layout(location = 2) in vec4 colour;
@@ -301,8 +351,11 @@ void main() {
     gl_Position = vec4((p + along * at.x + across * at.y) / half_size, 0.0, 1.0);
 }
 """
+)
 
-LINE_FRAGMENT = VERSION + """
+LINE_FRAGMENT = (
+    VERSION
+    + """
 in vec2 at;
 flat in vec2 look;
 flat in vec4 tint;
@@ -312,10 +365,13 @@ void main() {
     pixel = vec4(tint.rgb, tint.a * clamp(look.y + 0.5 - away, 0.0, 1.0));
 }
 """
+)
 
 # ---- panels: pictures laid over the scene -------------------------------------------------------------------
 
-PANEL_VERTEX = VERSION + """
+PANEL_VERTEX = (
+    VERSION
+    + """
 uniform vec4 box;  // left, bottom, width, height in clip units
 out vec2 uv;
 void main() {
@@ -324,10 +380,14 @@ void main() {
     gl_Position = vec4(box.xy + corner * box.zw, 0.0, 1.0);
 }
 """
+)
 
-PANEL_FRAGMENT = VERSION + """
+PANEL_FRAGMENT = (
+    VERSION
+    + """
 uniform sampler2D picture;
 in vec2 uv;
 out vec4 pixel;
 void main() { pixel = texture(picture, uv); }
 """
+)

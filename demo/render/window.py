@@ -111,8 +111,9 @@ def open_window(size: tuple[int, int] | None = None, visible: bool = True) -> Wi
         try:
             pygame.display.init()
         except pygame.error as error:
-            raise NoDisplay(f"the display cannot be opened ({error}): check DISPLAY or WAYLAND_DISPLAY, "
-                            "or run headless") from None
+            raise NoDisplay(
+                f"the display cannot be opened ({error}): check DISPLAY or WAYLAND_DISPLAY, or run headless"
+            ) from None
     size = size or size_for(pygame.display.get_desktop_sizes()[0])
     try:
         _make_context(size if visible else (16, 16), visible)
@@ -159,10 +160,12 @@ class _video_driver:
 
 
 def _make_context(size: tuple[int, int], visible: bool) -> None:
-    for attribute, value in ((pygame.GL_CONTEXT_MAJOR_VERSION, GL_VERSION[0]),
-                             (pygame.GL_CONTEXT_MINOR_VERSION, GL_VERSION[1]),
-                             (pygame.GL_CONTEXT_PROFILE_MASK, pygame.GL_CONTEXT_PROFILE_CORE),
-                             (pygame.GL_CONTEXT_FLAGS, pygame.GL_CONTEXT_FORWARD_COMPATIBLE_FLAG)):
+    for attribute, value in (
+        (pygame.GL_CONTEXT_MAJOR_VERSION, GL_VERSION[0]),
+        (pygame.GL_CONTEXT_MINOR_VERSION, GL_VERSION[1]),
+        (pygame.GL_CONTEXT_PROFILE_MASK, pygame.GL_CONTEXT_PROFILE_CORE),
+        (pygame.GL_CONTEXT_FLAGS, pygame.GL_CONTEXT_FORWARD_COMPATIBLE_FLAG),
+    ):
         pygame.display.gl_set_attribute(attribute, value)
     flags = pygame.OPENGL | pygame.DOUBLEBUF | (pygame.RESIZABLE if visible else pygame.HIDDEN)
     try:

@@ -1,6 +1,8 @@
-"""Which key, mouse button or gamepad control does what: the one table behind behaviour, menu, help, README and keys.toml.
+"""Which key, mouse button or gamepad control does what: the one table behind behaviour, menu, help, README and
+keys.toml.
 
-Keys are named as SDL names them, perhaps after `ctrl+` and `shift+`; gamepad buttons likewise, perhaps after `lefttrigger+`."""
+Keys are named as SDL names them, perhaps after `ctrl+` and `shift+`; gamepad buttons likewise, perhaps after
+`lefttrigger+`."""
 
 from dataclasses import dataclass, field
 from typing import Mapping
@@ -28,35 +30,67 @@ SLOTS = range(1, 9)  # of presets
 MENU_PAGES = ("see", "style", "presets", "window")
 
 CONTROLS = (
-    Control("walk", {"forward": ("w", "up"), "left": ("a", "left"), "back": ("s", "down"), "right": ("d", "right")},
-            {"walk": ("left stick",)}),
+    Control(
+        "walk",
+        {"forward": ("w", "up"), "left": ("a", "left"), "back": ("s", "down"), "right": ("d", "right")},
+        {"walk": ("left stick",)},
+    ),
     Control("run while held", {"run": ("left shift", "right shift")}, {"run": ("righttrigger",)}),
     Control("turn where it faces", {"face_left": ("q",), "face_right": ("e",)}, {"face": ("lefttrigger+right stick",)}),
     Control("face where it goes again", {"face_free": ("f",)}, {"face_free": ("b",)}),
     Control("styled legs set the pace, or the stick alone", {"pace": ("i",)}, menu="style"),
-
-    Control("pick a body part or a group", {f"pick_{part}": (str(n),) for n, part in enumerate(PARTS_BY_NUMBER[:-1], 1)},
-            {"part_previous": ("dpad_up",), "part_next": ("dpad_down",)}, {"touch": ("left",)}, touch="on it, or its picture"),
+    Control(
+        "pick a body part or a group",
+        {f"pick_{part}": (str(n),) for n, part in enumerate(PARTS_BY_NUMBER[:-1], 1)},
+        {"part_previous": ("dpad_up",), "part_next": ("dpad_down",)},
+        {"touch": ("left",)},
+        touch="on it, or its picture",
+    ),
     Control("pick the whole body", {"pick_all": ("9", "0")}, {"pick_all": ("x",)}),
-    Control("change its style", {"style_previous": ("[", "page up"), "style_next": ("]", "page down")},
-            {"style_previous": ("dpad_left",), "style_next": ("dpad_right",)}, touch="the list"),
-    Control("change its strength", {"weaker": ("-", "keypad -"), "stronger": ("=", "+", "keypad +")},
-            {"weaker": ("leftshoulder",), "stronger": ("rightshoulder",)}, touch="the slider"),
-    Control("blend a second style in, or back to the first", {"blend": ("b",)}, {"blend": ("leftstick",)},
-            touch="“blend”", menu="style"),
+    Control(
+        "change its style",
+        {"style_previous": ("[", "page up"), "style_next": ("]", "page down")},
+        {"style_previous": ("dpad_left",), "style_next": ("dpad_right",)},
+        touch="the list",
+    ),
+    Control(
+        "change its strength",
+        {"weaker": ("-", "keypad -"), "stronger": ("=", "+", "keypad +")},
+        {"weaker": ("leftshoulder",), "stronger": ("rightshoulder",)},
+        touch="the slider",
+    ),
+    Control(
+        "blend a second style in, or back to the first",
+        {"blend": ("b",)},
+        {"blend": ("leftstick",)},
+        touch="“blend”",
+        menu="style",
+    ),
     Control("search the styles", {"search": ("/", "ctrl+f")}, touch="the search line", menu="style"),
-    Control("back to its own style", {"own_style": ("backspace",)}, {"own_style": ("lefttrigger+a",)}, touch="“own”",
-            menu="style"),
-    Control("whole body back to its own style", {"reset": ("delete", "shift+backspace")}, touch="“reset”", menu="style"),
+    Control(
+        "back to its own style",
+        {"own_style": ("backspace",)},
+        {"own_style": ("lefttrigger+a",)},
+        touch="“own”",
+        menu="style",
+    ),
+    Control(
+        "whole body back to its own style", {"reset": ("delete", "shift+backspace")}, touch="“reset”", menu="style"
+    ),
     Control("next stylizer", {"stylizer_next": ("y",)}, {"stylizer_next": ("lefttrigger+b",)}, menu="style"),
     Control("draw the styles of chance anew", {"reroll": ("u",)}, menu="style"),
     Control("random mix", {"random": ("v",)}, {"random": ("lefttrigger+x",)}, touch="“random”", menu="style"),
     Control("neutral while held, to compare", {"compare": ("space",)}, {"compare": ("a",)}, touch="hold “A / B”"),
     Control("next preset", {"preset_next": ("l",)}, {"preset_next": ("rightstick",)}, touch="its button"),
-    Control("wear a preset", {f"preset_{slot}": (f"ctrl+{slot}",) for slot in SLOTS}, touch="its button", menu="presets"),
-    Control("save as a preset", {f"save_{slot}": (f"ctrl+shift+{slot}",) for slot in SLOTS}, touch="right click on it",
-            menu="presets"),
-
+    Control(
+        "wear a preset", {f"preset_{slot}": (f"ctrl+{slot}",) for slot in SLOTS}, touch="its button", menu="presets"
+    ),
+    Control(
+        "save as a preset",
+        {f"save_{slot}": (f"ctrl+shift+{slot}",) for slot in SLOTS},
+        touch="right click on it",
+        menu="presets",
+    ),
     Control("neutral twin beside it, as a ghost, gone", {"twin": ("n",)}, {"twin": ("y",)}, menu="see"),
     Control("skeleton", {"skeleton": ("k",)}, menu="see"),
     Control("trajectory asked and predicted", {"trajectory": ("t",)}, menu="see"),
@@ -65,11 +99,13 @@ CONTROLS = (
     Control("phase dial", {"phase": ("p",)}, menu="see"),
     Control("attention map of the part", {"attention": ("h",)}, menu="see"),
     Control("frame times", {"times": ("g",)}, {"times": ("lefttrigger+y",)}, menu="see"),
-
     Control("orbit the camera", {}, {"orbit": ("right stick",)}, {"orbit": ("left", "right", "middle")}, touch="drag"),
-    Control("zoom", {"zoom_in": ("z",), "zoom_out": ("x",)},
-            {"zoom_in": ("lefttrigger+dpad_up",), "zoom_out": ("lefttrigger+dpad_down",)},
-            {"zoom_in": ("wheel up",), "zoom_out": ("wheel down",)}),
+    Control(
+        "zoom",
+        {"zoom_in": ("z",), "zoom_out": ("x",)},
+        {"zoom_in": ("lefttrigger+dpad_up",), "zoom_out": ("lefttrigger+dpad_down",)},
+        {"zoom_in": ("wheel up",), "zoom_out": ("wheel down",)},
+    ),
     Control("menu of everything", {"menu": ("m",)}, {"menu": ("start",)}, touch="“menu”"),
     Control("hide the panels, show them", {"panels": ("tab",)}, touch="“hide”", menu="window"),
     Control("record the input, stop recording", {"record": ("r",)}, menu="window"),
@@ -81,12 +117,31 @@ CONTROLS = (
 )
 
 # While the menu is open or something is typed, these go before the table above; they cannot be changed.
-MENU_KEYS = {"up": "menu_up", "down": "menu_down", "left": "menu_left", "right": "menu_right", "return": "menu_do",
-             "escape": "menu"}
-MENU_PAD = {"dpad_up": "menu_up", "dpad_down": "menu_down", "dpad_left": "menu_left", "dpad_right": "menu_right",
-            "a": "menu_do", "x": "menu_other", "b": "menu"}
-TYPING_KEYS = {"return": "typed", "keypad enter": "typed", "escape": "untyped", "backspace": "erase", "up": "style_previous",
-               "down": "style_next"}
+MENU_KEYS = {
+    "up": "menu_up",
+    "down": "menu_down",
+    "left": "menu_left",
+    "right": "menu_right",
+    "return": "menu_do",
+    "escape": "menu",
+}
+MENU_PAD = {
+    "dpad_up": "menu_up",
+    "dpad_down": "menu_down",
+    "dpad_left": "menu_left",
+    "dpad_right": "menu_right",
+    "a": "menu_do",
+    "x": "menu_other",
+    "b": "menu",
+}
+TYPING_KEYS = {
+    "return": "typed",
+    "keypad enter": "typed",
+    "escape": "untyped",
+    "backspace": "erase",
+    "up": "style_previous",
+    "down": "style_next",
+}
 TYPING_PAD = {"b": "untyped"}
 
 
@@ -125,13 +180,42 @@ def _merged(field_name: str) -> dict[str, Names]:
 DEFAULT = Bindings(_merged("keys"), _merged("pad"), _merged("mouse"))
 
 # Names as the help shows them, where they are not just in capitals; an empty one is not shown.
-_SHOWN = {"left shift": "Shift", "right shift": "", "page up": "PgUp", "page down": "PgDn", "escape": "Esc", "up": "Up",
-          "left": "Left", "down": "Down", "right": "Right", "keypad -": "", "keypad +": "", "+": "", "space": "Space",
-          "backspace": "Backspace", "delete": "Del", "tab": "Tab", "ctrl": "Ctrl", "shift": "Shift"}
-_PAD_SHOWN = {"dpad_up": "d-pad up", "dpad_down": "down", "dpad_left": "d-pad left", "dpad_right": "right",
-              "leftshoulder": "left shoulder", "rightshoulder": "right shoulder", "back": "Back", "start": "Start",
-              "righttrigger": "right trigger", "lefttrigger": "left trigger", "left stick": "left stick",
-              "right stick": "right stick", "leftstick": "press left stick", "rightstick": "press right stick"}
+_SHOWN = {
+    "left shift": "Shift",
+    "right shift": "",
+    "page up": "PgUp",
+    "page down": "PgDn",
+    "escape": "Esc",
+    "up": "Up",
+    "left": "Left",
+    "down": "Down",
+    "right": "Right",
+    "keypad -": "",
+    "keypad +": "",
+    "+": "",
+    "space": "Space",
+    "backspace": "Backspace",
+    "delete": "Del",
+    "tab": "Tab",
+    "ctrl": "Ctrl",
+    "shift": "Shift",
+}
+_PAD_SHOWN = {
+    "dpad_up": "d-pad up",
+    "dpad_down": "down",
+    "dpad_left": "d-pad left",
+    "dpad_right": "right",
+    "leftshoulder": "left shoulder",
+    "rightshoulder": "right shoulder",
+    "back": "Back",
+    "start": "Start",
+    "righttrigger": "right trigger",
+    "lefttrigger": "left trigger",
+    "left stick": "left stick",
+    "right stick": "right stick",
+    "leftstick": "press left stick",
+    "rightstick": "press right stick",
+}
 _MOUSE_SHOWN = {"left": "click", "right": "", "middle": "", "wheel up": "wheel", "wheel down": ""}
 
 
@@ -139,14 +223,15 @@ def _text(columns: list[Names], shown: Mapping[str, str]) -> str:
     """Names of several actions: the first of each together, then the second of each, and so on."""
     if len(columns) > 4 and all(columns):  # a row of numbers
         return f"{_name(columns[0][0], shown)} .. {_name(columns[-1][0].split('+')[-1], shown)}"
-    rows = [[names[place] for names in columns if place < len(names)]
-            for place in range(max(map(len, columns), default=0))]
+    rows = [
+        [names[place] for names in columns if place < len(names)] for place in range(max(map(len, columns), default=0))
+    ]
     return ", ".join(text for row in rows if (text := _row(row, shown)))
 
 
 def _row(names: list[str], shown: Mapping[str, str]) -> str:
     """Names that are shown together; a prefix that they share is said once."""
-    prefix = names[0][:names[0].rfind("+", 0, -1) + 1]
+    prefix = names[0][: names[0].rfind("+", 0, -1) + 1]
     rest = [names[0], *(name.removeprefix(prefix) for name in names[1:])]
     return " ".join(filter(None, (_name(name, shown) for name in rest)))
 

@@ -1,4 +1,5 @@
-"""Eight presets of what the whole body wears: kept in one file in the user's folder, with bundled ones to begin with."""
+"""Eight presets of what the whole body wears: kept in one file in the user's folder, with bundled ones to begin
+with."""
 
 import json
 from pathlib import Path
@@ -25,10 +26,17 @@ class Presets:
         self.slots = _read(self.path if self.path.exists() else BUNDLED)
 
     def save(self, slot: int, style: Mapping[str, Worn]) -> str:
-        """Keeps `style` in a slot and on the disk; returns the name it got. Raises OSError where it cannot be written."""
+        """Keeps `style` in a slot and on the disk; returns the name it got. Raises OSError where it cannot be
+        written."""
         slots = {**self.slots, slot: (describe(style), style)}
-        content = {"format": FORMAT, "version": 1, "slots": {
-            str(number): {"name": name, "style": worn.encode(wears)} for number, (name, wears) in sorted(slots.items())}}
+        content = {
+            "format": FORMAT,
+            "version": 1,
+            "slots": {
+                str(number): {"name": name, "style": worn.encode(wears)}
+                for number, (name, wears) in sorted(slots.items())
+            },
+        }
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(self.path) as temporary:
             temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
@@ -37,13 +45,15 @@ class Presets:
 
 
 def describe(style: Mapping[str, Worn]) -> str:
-    """A short name for what a body wears, such as `old legs, proud arms`; parts that wear the same go by their group."""
+    """A short name for what a body wears, such as `old legs, proud arms`; parts that wear the same go by their
+    group."""
     if not style:
         return "own style"
     left = list(style)
     names = []
-    for group, parts in [(group, parts) for group, parts in reversed(GROUPS.items()) if group != "upper"] \
-            + [(part, (part,)) for part in PART_NAMES]:
+    for group, parts in [(group, parts) for group, parts in reversed(GROUPS.items()) if group != "upper"] + [
+        (part, (part,)) for part in PART_NAMES
+    ]:
         if all(part in left for part in parts) and len({worn.names(style[part]) for part in parts}) == 1:
             left = [part for part in left if part not in parts]
             what = " and ".join(worn.names(style[parts[0]]))
@@ -54,7 +64,11 @@ def describe(style: Mapping[str, Worn]) -> str:
 def _read(path: Path) -> dict[int, Preset]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(content, dict) or content.get("format") != FORMAT or not isinstance(content.get("slots"), dict):
+        if (
+            not isinstance(content, dict)
+            or content.get("format") != FORMAT
+            or not isinstance(content.get("slots"), dict)
+        ):
             raise ValueError(f'it must hold {{"format": "{FORMAT}", "version": 1, "slots": {{...}}}}')
     except ValueError as error:
         raise ValueError(f"{path}: these are no presets: {error}; mend the file or move it away") from None

@@ -14,7 +14,8 @@ RANDOM_STRENGTHS = (0.7, 0.85, 1.0, 1.15)
 
 
 class StyleChoice:
-    """The picked part or group, and part -> what it wears (sim.style_spec) for the parts that do not wear their own style.
+    """The picked part or group, and part -> what it wears (sim.style_spec) for the parts that do not wear their own
+    style.
 
     `style` is never changed in place: each change makes a new mapping, so a Command may keep the one it was given.
     While `blending`, a style that is chosen is blended into the one that is worn, and the slider moves its share."""
@@ -104,8 +105,13 @@ class StyleChoice:
 
     def mix(self) -> None:
         """Gives each body part a style and a strength by chance."""
-        self.restore({part: (self._chance.choice(self.styles), self._chance.choice(RANDOM_STRENGTHS))
-                      for part in PART_NAMES if self.styles})
+        self.restore(
+            {
+                part: (self._chance.choice(self.styles), self._chance.choice(RANDOM_STRENGTHS))
+                for part in PART_NAMES
+                if self.styles
+            }
+        )
 
     def restore(self, style: Mapping[str, Worn]) -> None:
         """Wears a whole `style` as it is given. Raises ValueError where it names one that is not in the list."""

@@ -1,5 +1,5 @@
-"""Styles as users write them, PART=NAME[+OTHER@SHARE][:STRENGTH], the sentence for a name that the bank does not hold, and the
-movements that a style knows."""
+"""Styles as users write them, PART=NAME[+OTHER@SHARE][:STRENGTH], the sentence for a name that the bank does not hold,
+and the movements that a style knows."""
 
 import re
 from difflib import get_close_matches
@@ -10,10 +10,11 @@ from sim.style_spec import MAX_STRENGTH, Worn
 
 
 def parse_style(text: str) -> tuple[tuple[str, ...], Worn]:
-    """`arms=old:0.8` as (body parts, ("old", 0.8)); the strength is 1 where none is given. `arms=old+proud@0.4:0.8` goes
-    0.4 of the way from old to proud, as (body parts, ("old", 0.8, "proud", 0.4)).
+    """`arms=old:0.8` as (body parts, ("old", 0.8)); the strength is 1 where none is given. `arms=old+proud@0.4:0.8`
+    goes 0.4 of the way from old to proud, as (body parts, ("old", 0.8, "proud", 0.4)).
 
-    Raises ValueError for anything else. A name may hold :, + and @: only where a number follows do they mean anything."""
+    Raises ValueError for anything else. A name may hold :, + and @: only where a number follows do they mean
+    anything."""
     target, equals, wanted = text.partition("=")
     if not (target and equals and wanted):
         raise ValueError(f"'{text}' is no style: write PART=NAME or PART=NAME:STRENGTH, such as arms=old:0.8")
@@ -27,7 +28,9 @@ def parse_style(text: str) -> tuple[tuple[str, ...], Worn]:
     if share is None or not (first and plus and other):
         return expand_part(target), (name, strength)
     if not 0 <= share <= 1:
-        raise ValueError(f"the share in '{text}' must lie in 0 .. 1: it says how much of the way from {first} to {other}")
+        raise ValueError(
+            f"the share in '{text}' must lie in 0 .. 1: it says how much of the way from {first} to {other}"
+        )
     return expand_part(target), (first, strength, other, share)
 
 
@@ -41,7 +44,8 @@ def check_styles(wanted: Iterable[str], known: Collection[str]) -> None:
 
 
 def movement_names(movements: Iterable[str]) -> tuple[str, ...]:
-    """The kinds of movement among the clips of a style, each once: the own style has several speeds of one, as `walk_0.85`."""
+    """The kinds of movement among the clips of a style, each once: the own style has several speeds of one, as
+    `walk_0.85`."""
     return tuple(dict.fromkeys(re.sub(r"_[\d.]+$", "", name).replace("_", " ") for name in movements))
 
 

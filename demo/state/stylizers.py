@@ -11,8 +11,10 @@ class Stylizers:
         self._ready: dict[str, object] = {}
 
     def next(self) -> str:
-        """Goes on to the next one; its name. Raises ValueError, and changes nothing, where there is no other or it is broken."""
+        """Goes on to the next one; its name. Raises ValueError, and changes nothing, where there is no other or it is
+        broken."""
         from stylizer.runtime import catalogue
+
         current = self._session.stylizer
         bank, names = getattr(current, "bank", None), catalogue.names()
         if bank is None or len(names) < 2:
@@ -28,6 +30,7 @@ class Stylizers:
     def other(self) -> str | None:
         """The name of the one in use; None for the one that is used unless another is named."""
         from stylizer.networks import checkpoint as weights
+
         name = getattr(getattr(self._session.stylizer, "bank", None), "name", weights.SLIM)
         return None if name == weights.SLIM else name
 

@@ -13,9 +13,11 @@ from sim.io.user_dirs import data_folder
 
 DEVICES = {"keys": "keys", "gamepad": "pad", "mouse": "mouse"}  # section of the file -> field of Bindings
 MOUSE = ("left", "middle", "right", "back", "forward", "wheel up", "wheel down")
-PAD = tuple(name.removeprefix("CONTROLLER_BUTTON_").lower() for name in sorted(vars(pygame))
-            if name.startswith("CONTROLLER_BUTTON_") and name != "CONTROLLER_BUTTON_MAX" and "INVALID" not in name) \
-    + ("lefttrigger", "righttrigger", "left stick", "right stick")
+PAD = tuple(
+    name.removeprefix("CONTROLLER_BUTTON_").lower()
+    for name in sorted(vars(pygame))
+    if name.startswith("CONTROLLER_BUTTON_") and name != "CONTROLLER_BUTTON_MAX" and "INVALID" not in name
+) + ("lefttrigger", "righttrigger", "left stick", "right stick")
 PREFIXES = {"keys": ("ctrl+", "shift+"), "gamepad": ("lefttrigger+",), "mouse": ()}
 
 HEAD = """# Patchwalk: which key, mouse button or gamepad control does what.
@@ -72,8 +74,10 @@ def _laid_over(table: dict[str, Names], entries: dict, section: str, file: Path)
         where = f"{file}, [{section}] {action}"
         if action not in table:
             near = get_close_matches(action, table, 1)
-            raise ValueError(f"{where}: there is no such action; " + (f"did you mean '{near[0]}'?" if near else
-                                                                       "`patchwalk keys` lists them all"))
+            raise ValueError(
+                f"{where}: there is no such action; "
+                + (f"did you mean '{near[0]}'?" if near else "`patchwalk keys` lists them all")
+            )
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             raise ValueError(f'{where}: give a list of names, such as {action} = ["{(table[action] or ("w",))[0]}"]')
         for name in names:
@@ -82,7 +86,9 @@ def _laid_over(table: dict[str, Names], entries: dict, section: str, file: Path)
                 raise ValueError(f"{where}: '{name}' is given to {taken[name]} already; leave it out of one of them")
             taken[name] = action
     own = {action: tuple(names) for action, names in entries.items()}
-    return {action: own.get(action, tuple(name for name in names if name not in taken)) for action, names in table.items()}
+    return {
+        action: own.get(action, tuple(name for name in names if name not in taken)) for action, names in table.items()
+    }
 
 
 def _check(name: str, section: str, where: str) -> None:
@@ -97,5 +103,7 @@ def _check(name: str, section: str, where: str) -> None:
             with warnings.catch_warnings(action="ignore"):  # pygame doubts its own answer before a window is open
                 pygame.key.key_code(plain)
         except ValueError:
-            raise ValueError(f"{where}: there is no key '{name}'; use names such as w, space, left shift, f5, "
-                             "page up, keypad 1, ctrl+1") from None
+            raise ValueError(
+                f"{where}: there is no key '{name}'; use names such as w, space, left shift, f5, "
+                "page up, keypad 1, ctrl+1"
+            ) from None

@@ -29,8 +29,14 @@ STRIP_SIZE = (250, 360)  # pixels of each walker
 STRIP_FRAMES = 204  # of a straight walk; the moment is chosen so that the step is wide
 STRIP_DISTANCE = 2.7  # metres from the camera
 # What each walker of the strip wears: part or group -> style.
-STRIP = ({}, {"all": "old"}, {"all": "proud"}, {"all": "childish"}, {"all": "marching"},
-         {"legs": "old", "spine": "proud", "arms": "marching"})
+STRIP = (
+    {},
+    {"all": "old"},
+    {"all": "proud"},
+    {"all": "childish"},
+    {"all": "marching"},
+    {"legs": "old", "spine": "proud", "arms": "marching"},
+)
 SYSTEM_SIZE = (220, 280)
 SYSTEM_STRIP = ({}, *({"all": style} for style in ("old", "proud", "childish", "giant", "hunched")))
 
@@ -73,7 +79,9 @@ def live_window() -> None:
     with open_window(WINDOW_SIZE, visible=False) as window, tempfile.TemporaryDirectory() as folder:
         session = assemble.build_session()
         clock = iter(np.arange(0, 1e6, 1 / FPS))
-        live = Live(session, session.stylizer.styles, window, clock=lambda: next(clock), presets=Presets(Path(folder) / "none"))
+        live = Live(
+            session, session.stylizer.styles, window, clock=lambda: next(clock), presets=Presets(Path(folder) / "none")
+        )
         live.devices.command = lambda yaw, facing, style, seconds: Command((0.45, 0.85), style=style, pace=True)
         live.view.camera.orbit(0.35, 0.02)
         for action in WINDOW_ACTIONS:

@@ -1,4 +1,5 @@
-"""A canvas for panels: text and simple shapes in units of a pixel at a window height of 720, drawn large and made small."""
+"""A canvas for panels: text and simple shapes in units of a pixel at a window height of 720, drawn large and made
+small."""
 
 from functools import lru_cache
 
@@ -31,8 +32,12 @@ class Canvas:
         """A filled rectangle with round corners."""
         left, top = round(box[0] * self._k), round(box[1] * self._k)
         right, bottom = round((box[0] + box[2]) * self._k), round((box[1] + box[3]) * self._k)
-        pygame.draw.rect(self._surface, _bytes(colour), (left, top, right - left, bottom - top),
-                         border_radius=round(radius * self._k))
+        pygame.draw.rect(
+            self._surface,
+            _bytes(colour),
+            (left, top, right - left, bottom - top),
+            border_radius=round(radius * self._k),
+        )
 
     def frame(self, box: Box, colour: Colour, radius: float = 4) -> None:
         """Its outline."""
@@ -49,10 +54,17 @@ class Canvas:
 
     def line(self, points, colour: Colour, width: float = 1.5) -> None:
         """Straight lines from point to point."""
-        pygame.draw.lines(self._surface, _bytes(colour), False, [(x * self._k, y * self._k) for x, y in points],
-                          max(1, round(width * self._k)))
+        pygame.draw.lines(
+            self._surface,
+            _bytes(colour),
+            False,
+            [(x * self._k, y * self._k) for x, y in points],
+            max(1, round(width * self._k)),
+        )
 
-    def text(self, text: str, x: float, middle: float, colour: Colour = INK, size: float = TEXT, align: float = 0.0) -> None:
+    def text(
+        self, text: str, x: float, middle: float, colour: Colour = INK, size: float = TEXT, align: float = 0.0
+    ) -> None:
         """A line of text about the height `middle`; `x` is its left border for align 0, its right one for 1."""
         letters = _font(size * self._k).render(text, True, _bytes(colour))
         left = x * self._k - align * letters.get_width()

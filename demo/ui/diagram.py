@@ -48,7 +48,8 @@ def part_at(x: float, y: float) -> str | None:
 
 
 def nearest_part(joints: np.ndarray, at: np.ndarray, reach: float) -> str | None:
-    """The part whose bones pass nearest to a point (2,), if any is within `reach`; joints: (21, 2) in the same plane."""
+    """The part whose bones pass nearest to a point (2,), if any is within `reach`; joints: (21, 2) in the same
+    plane."""
     start, stop = joints[PARENTS[1:]], joints[1:]
     along = stop - start
     share = np.clip(np.sum((at - start) * along, -1) / np.maximum(np.sum(along * along, -1), 1e-9), 0, 1)
@@ -70,7 +71,11 @@ def _discs() -> tuple[tuple[tuple[float, float, float], ...], ...]:
         for form in np.flatnonzero(PART_OF_JOINT[body.FORM_JOINT] == part):
             for share in np.linspace(0, 1, SLICES):
                 x, y, _ = starts[form] + share * along[form]
-                radius = np.interp(share, body.PROFILE, body.FORM_RADII[form]) * scale * min(1.15, body.FORM_STRETCH[form][0])
+                radius = (
+                    np.interp(share, body.PROFILE, body.FORM_RADII[form])
+                    * scale
+                    * min(1.15, body.FORM_STRETCH[form][0])
+                )
                 discs.append((WIDTH / 2 + x * scale, HEIGHT - y * scale, radius))
         result.append(tuple(discs))
     return tuple(result)

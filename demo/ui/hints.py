@@ -11,14 +11,24 @@ class Hints:
     def __init__(self, bindings: Bindings) -> None:
         shown = bindings.shown
         self._left = [
-            (("forward", "left", "back", "right", "stick"),
-             f"Walk with {shown('forward', 'left', 'back', 'right')} or the left stick; drag the mouse to look round"),
-            (("pick_", "part_", "diagram", "touch"),
-             f"Pick a body part: click on it, press {shown(PICKS[0])} to 9, or up and down on the d-pad"),
-            (("style_", "choose", "typed"), f"Give it a style from the list, with {shown('style_previous', 'style_next')}, "
-                                            "or left and right on the d-pad"),
-            (("weaker", "stronger", "strength"), f"Change how strong it is: the slider, {shown('weaker', 'stronger')}, "
-                                                 "or the shoulder buttons"),
+            (
+                ("forward", "left", "back", "right", "stick"),
+                f"Walk with {shown('forward', 'left', 'back', 'right')} or the left stick; "
+                "drag the mouse to look round",
+            ),
+            (
+                ("pick_", "part_", "diagram", "touch"),
+                f"Pick a body part: click on it, press {shown(PICKS[0])} to 9, or up and down on the d-pad",
+            ),
+            (
+                ("style_", "choose", "typed"),
+                f"Give it a style from the list, with {shown('style_previous', 'style_next')}, "
+                "or left and right on the d-pad",
+            ),
+            (
+                ("weaker", "stronger", "strength"),
+                f"Change how strong it is: the slider, {shown('weaker', 'stronger')}, or the shoulder buttons",
+            ),
             (("compare",), f"Hold {shown('compare')}, “A / B” or A on a gamepad to compare with the neutral walk"),
             (("help", "menu"), f"{shown('help')} shows everything else, {shown('menu')} or Start opens the menu"),
         ]

@@ -9,8 +9,13 @@ from demo.ui.widgets import Region, Widget
 PADDING, SPACE, MARGIN = 10, 3, 14  # round the widgets, between them, at the window's border
 
 ANCHORS = {  # where a panel sits: fractions of the free width and height, and which way the next one there is stacked
-    "top left": (0.0, 0.0, 1), "top": (0.5, 0.0, 1), "top right": (1.0, 0.0, 1), "center": (0.5, 0.45, 1),
-    "bottom left": (0.0, 1.0, -1), "bottom": (0.5, 1.0, -1), "bottom right": (1.0, 1.0, -1),
+    "top left": (0.0, 0.0, 1),
+    "top": (0.5, 0.0, 1),
+    "top right": (1.0, 0.0, 1),
+    "center": (0.5, 0.45, 1),
+    "bottom left": (0.0, 1.0, -1),
+    "bottom": (0.5, 1.0, -1),
+    "bottom right": (1.0, 1.0, -1),
 }
 
 
@@ -63,10 +68,23 @@ class Placed:
         if isinstance(self.panel, Highlight):
             return []
         left, top = self.box[:2]
-        regions = [region for widget, box in zip(self.panel.widgets, _layout(self.panel)[1], strict=True)
-                   for region in widget.regions(box)]
-        return [replace(region, box=(left + region.box[0] * self.scale, top + region.box[1] * self.scale,
-                                     region.box[2] * self.scale, region.box[3] * self.scale)) for region in regions]
+        regions = [
+            region
+            for widget, box in zip(self.panel.widgets, _layout(self.panel)[1], strict=True)
+            for region in widget.regions(box)
+        ]
+        return [
+            replace(
+                region,
+                box=(
+                    left + region.box[0] * self.scale,
+                    top + region.box[1] * self.scale,
+                    region.box[2] * self.scale,
+                    region.box[3] * self.scale,
+                ),
+            )
+            for region in regions
+        ]
 
 
 def scale_for(size: tuple[int, int]) -> float:

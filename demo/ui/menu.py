@@ -28,11 +28,21 @@ class Menu:
     def rows(self, presets: Mapping[int, Preset]) -> tuple[Row, ...]:
         """The rows of the open page."""
         if self.page == "presets":
-            return tuple(Row(presets[slot][0] if slot in presets else "(empty)", f"preset_{slot}", f"save_{slot}",
-                             self._bindings.shown(f"preset_{slot}")) for slot in SLOTS)
+            return tuple(
+                Row(
+                    presets[slot][0] if slot in presets else "(empty)",
+                    f"preset_{slot}",
+                    f"save_{slot}",
+                    self._bindings.shown(f"preset_{slot}"),
+                )
+                for slot in SLOTS
+            )
         controls = [control for control in CONTROLS if control.menu == self.page]
-        return tuple(Row(control.help, action, key=self._bindings.shown(action))
-                     for control in controls for action in [next(iter(control.keys))])
+        return tuple(
+            Row(control.help, action, key=self._bindings.shown(action))
+            for control in controls
+            for action in [next(iter(control.keys))]
+        )
 
     def turn(self, step: int) -> None:
         """Goes to another page."""

@@ -66,34 +66,71 @@ def _parts_table(style: Mapping[str, Worn], picked: Collection[str]) -> Table:
     for part in PART_NAMES:
         worn = style.get(part)
         swatch = style_colour(worn[0]) if worn else OWN_STYLE
-        rows.append((Cell(readable(part), INK, swatch), Cell(worn_text(worn) if worn else OWN, INK if worn else FAINT),
-                     Cell(f"{worn[1]:.0%}" if worn else "")))
+        rows.append(
+            (
+                Cell(readable(part), INK, swatch),
+                Cell(worn_text(worn) if worn else OWN, INK if worn else FAINT),
+                Cell(f"{worn[1]:.0%}" if worn else ""),
+            )
+        )
     return Table(tuple(rows), tuple(i for i, part in enumerate(PART_NAMES) if part in picked))
 
 
 def wardrobe(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
     """The body to pick a part from, and what that part wears: style, strength, the style blended in."""
     colours = tuple(tuple(colour) for colour in part_colours(choice.style).round(3).tolist())
-    groups = Buttons(tuple(Button("all" if group == "all" else group, f"pick_{group}", choice.picked == group)
-                           for group in GROUPS), SMALL)
+    groups = Buttons(
+        tuple(Button("all" if group == "all" else group, f"pick_{group}", choice.picked == group) for group in GROUPS),
+        SMALL,
+    )
     lines = tuple(Label(text, colour, size) for text, colour, size in _wears(choice))
     listed = (OWN, *choice.shown)
-    styles = tuple(Choice("no blend" if choice.blending and name == OWN else name, f"choose:{name}",
-                          OWN_STYLE if name == OWN else style_colour(name)) for name in listed)
+    styles = tuple(
+        Choice(
+            "no blend" if choice.blending and name == OWN else name,
+            f"choose:{name}",
+            OWN_STYLE if name == OWN else style_colour(name),
+        )
+        for name in listed
+    )
     chosen = listed.index(choice.slot) if choice.slot in listed else None
     colour = OWN_STYLE if choice.name in (OWN, "mixed") else style_colour(choice.name)
-    strength = Slider("strength", f"{choice.strength:.0%}", choice.strength / MAX_STRENGTH, "strength", colour,
-                      ("stronger", "weaker"), mark=1 / MAX_STRENGTH)
+    strength = Slider(
+        "strength",
+        f"{choice.strength:.0%}",
+        choice.strength / MAX_STRENGTH,
+        "strength",
+        colour,
+        ("stronger", "weaker"),
+        mark=1 / MAX_STRENGTH,
+    )
     widgets = [
-        Beside(Diagram(colours, choice.parts), Stack(lines)), groups,
-        Buttons((Button("style", "blend:off", not choice.blending), Button("blend with", "blend:on", choice.blending)), SMALL),
+        Beside(Diagram(colours, choice.parts), Stack(lines)),
+        groups,
+        Buttons(
+            (Button("style", "blend:off", not choice.blending), Button("blend with", "blend:on", choice.blending)),
+            SMALL,
+        ),
         Field(choice.search, f"search {len(choice.styles)} styles", typing, "search"),
-        Choices(styles, chosen, LISTED - choice.blending, UP_DOWN), strength]
+        Choices(styles, chosen, LISTED - choice.blending, UP_DOWN),
+        strength,
+    ]
     if choice.blending:
         other = OWN_STYLE if choice.other in (OWN, "mixed") else style_colour(choice.other)
-        widgets.append(Slider("share", f"{choice.share:.0%}", choice.share, "share", other, ("stronger", "weaker"), mark=HALF))
-    widgets.append(Buttons((Button("own", "own_style"), Button("reset", "reset"), Button("random", "random"),
-                            Button("A / B", "compare", comparing, "hold")), SMALL))
+        widgets.append(
+            Slider("share", f"{choice.share:.0%}", choice.share, "share", other, ("stronger", "weaker"), mark=HALF)
+        )
+    widgets.append(
+        Buttons(
+            (
+                Button("own", "own_style"),
+                Button("reset", "reset"),
+                Button("random", "random"),
+                Button("A / B", "compare", comparing, "hold"),
+            ),
+            SMALL,
+        )
+    )
     return Panel(tuple(widgets), "top left", WARDROBE_WIDTH)
 
 
@@ -114,14 +151,20 @@ def presets(slots: Presets) -> Panel:
     for slot in SLOTS:
         name, style = slots.slots.get(slot, ("", {}))
         swatches = tuple(map(tuple, part_colours(style).round(3).tolist())) if name else ()
-        buttons.append(Button(name or f"{slot}: right click saves", f"preset_{slot}", other=f"save_{slot}", swatches=swatches))
-    rows = tuple(Buttons(tuple(buttons[place:place + 2]), 12) for place in range(0, len(buttons), 2))
+        buttons.append(
+            Button(name or f"{slot}: right click saves", f"preset_{slot}", other=f"save_{slot}", swatches=swatches)
+        )
+    rows = tuple(Buttons(tuple(buttons[place : place + 2]), 12) for place in range(0, len(buttons), 2))
     return Panel(rows, "top left", WARDROBE_WIDTH)
 
 
 def corner(menu_open: bool, helping: bool, hidden: bool) -> Panel:
     """The buttons that are always there, for the mouse."""
-    buttons = (Button("menu", "menu", menu_open), Button("help", "help", helping), Button("show" if hidden else "hide", "panels"))
+    buttons = (
+        Button("menu", "menu", menu_open),
+        Button("help", "help", helping),
+        Button("show" if hidden else "hide", "panels"),
+    )
     return Panel((Buttons(buttons, SMALL),), "top right", 170)
 
 
@@ -129,23 +172,37 @@ def menu(state: Menu, slots: Presets, is_on) -> Panel:
     """The open page of the menu; is_on(action) says whether a toggle is on."""
     tabs = Buttons(tuple(Button(page, f"page:{page}", page == state.page) for page in MENU_PAGES), SMALL)
     dots = {True: ACCENT, False: OFF, None: None}
-    choices = tuple(Choice(row.text, row.action, dots[is_on(row.action)], row.key, row.other)
-                    for row in state.rows(slots.slots))
+    choices = tuple(
+        Choice(row.text, row.action, dots[is_on(row.action)], row.key, row.other) for row in state.rows(slots.slots)
+    )
     widgets = [tabs, Choices(choices, state.row, 8, ("menu_up", "menu_down"))]
     if state.page == "presets":
         widgets.append(Label("a right click, or X, keeps here what is worn", FAINT, SMALL))
     return Panel(tuple(widgets), "top right", 330)
 
 
-def status(choice: StyleChoice, figures: Figures, missed: int, facing_held: bool, recorder, brief: bool = False) -> Panel:
+def status(
+    choice: StyleChoice, figures: Figures, missed: int, facing_held: bool, recorder, brief: bool = False
+) -> Panel:
     """The line that is always there: part, style, strength (left out where `brief`), frame time, missed frames."""
     styled = choice.name != OWN
     blend = choice.other not in (OWN, "mixed")
     style = f"{choice.name} › {choice.share:.0%} {choice.other}" if blend else choice.name
-    cells = [] if brief else [Cell(readable(choice.picked), ACCENT), Cell(style),
-                              Cell(f"strength {choice.strength:.0%}", INK if styled else FAINT)]
-    cells += [Cell(f"frame {figures.frame_ms:.1f} ms", FAINT), Cell(f"drawing {figures.draw_ms:.1f} ms", FAINT),
-              Cell(f"{figures.rate:.0f} pictures/s", FAINT), Cell(f"missed {missed}", ALERT if missed else FAINT)]
+    cells = (
+        []
+        if brief
+        else [
+            Cell(readable(choice.picked), ACCENT),
+            Cell(style),
+            Cell(f"strength {choice.strength:.0%}", INK if styled else FAINT),
+        ]
+    )
+    cells += [
+        Cell(f"frame {figures.frame_ms:.1f} ms", FAINT),
+        Cell(f"drawing {figures.draw_ms:.1f} ms", FAINT),
+        Cell(f"{figures.rate:.0f} pictures/s", FAINT),
+        Cell(f"missed {missed}", ALERT if missed else FAINT),
+    ]
     if facing_held:
         cells.append(Cell("facing held, F frees it", ACCENT))
     if recorder:
@@ -200,5 +257,7 @@ def help_of(bindings: Bindings = DEFAULT) -> Panel:
 
 def title() -> tuple[Panel, ...]:
     """What lies over the attract mode."""
-    return (line("Patchwalk plays by itself: press any key, button or the mouse to take over", "bottom", ACCENT),
-            line("F1 help", "top right", FAINT))
+    return (
+        line("Patchwalk plays by itself: press any key, button or the mouse to take over", "bottom", ACCENT),
+        line("F1 help", "top right", FAINT),
+    )

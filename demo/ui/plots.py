@@ -28,7 +28,7 @@ class Times(Untouched):
         columns = np.zeros((FRAMES, len(STAGES)))
         for place, stage in enumerate(STAGES):
             newest = 1e3 * np.array(latency.seconds[stage][-FRAMES:])
-            columns[FRAMES - len(newest):, place] = newest
+            columns[FRAMES - len(newest) :, place] = newest
         return cls(tuple(map(tuple, columns.round(1).tolist())))
 
     def size(self) -> tuple[float, float]:

@@ -1,4 +1,5 @@
-"""The widgets that panels are built of: values that say how large they are, how they look and where they can be touched.
+"""The widgets that panels are built of: values that say how large they are, how they look and where they can be
+touched.
 
 A widget is a frozen dataclass, made anew for each picture from what the program knows; equal widgets look equal, so a
 picture of them is kept until one changes. Nothing here remembers anything: what a touch means is an action's name."""
@@ -70,7 +71,9 @@ class Table(Untouched):
 
     def _widths(self) -> list[float]:
         columns = max(map(len, self.rows))
-        return [max(row[column].width(self.letters) for row in self.rows if column < len(row)) for column in range(columns)]
+        return [
+            max(row[column].width(self.letters) for row in self.rows if column < len(row)) for column in range(columns)
+        ]
 
     def size(self) -> tuple[float, float]:
         widths = self._widths()
@@ -159,8 +162,10 @@ class Buttons:
             canvas.text(text, centre, place[1] + place[3] / 2, ACCENT if button.lit else INK, self.letters, align=0.5)
 
     def regions(self, box: Box) -> list[Region]:
-        return [Region(place, button.action, button.kind, button.other)
-                for button, place in zip(self.buttons, self._boxes(box), strict=True)]
+        return [
+            Region(place, button.action, button.kind, button.other)
+            for button, place in zip(self.buttons, self._boxes(box), strict=True)
+        ]
 
 
 @dataclass(frozen=True)
@@ -259,8 +264,12 @@ class Choices:
             if choice.swatch:
                 canvas.disc(left + 11, top + height / 2, SWATCH, choice.swatch)
             note = shortened(choice.note, width - text_width(choice.text) - 40, SMALL)
-            canvas.text(choice.text, left + (23 if choice.swatch else 7), top + height / 2,
-                        ACCENT if number == self.chosen else INK)
+            canvas.text(
+                choice.text,
+                left + (23 if choice.swatch else 7),
+                top + height / 2,
+                ACCENT if number == self.chosen else INK,
+            )
             canvas.text(note, left + width - 8, top + height / 2, FAINT, SMALL, align=1.0)
         if len(visible) < len(self.choices):  # where in the whole list this is
             part = box[3] / len(self.choices)
@@ -270,8 +279,10 @@ class Choices:
         return [(box[0], box[1] + place * ROW, box[2] - 6, ROW - 1) for place in range(len(self._visible()))]
 
     def regions(self, box: Box) -> list[Region]:
-        return [Region(place, self.choices[number].action, other=self.choices[number].other, wheel=self.wheel)
-                for number, place in zip(self._visible(), self._rows(box), strict=True)]
+        return [
+            Region(place, self.choices[number].action, other=self.choices[number].other, wheel=self.wheel)
+            for number, place in zip(self._visible(), self._rows(box), strict=True)
+        ]
 
 
 @dataclass(frozen=True)
@@ -288,13 +299,18 @@ class Beside:
     def _boxes(self, box: Box) -> tuple[Box, Box]:
         (width, height), (_, other) = self.first.size(), self.second.size()
         left = box[0] + width + GAP
-        return ((box[0], box[1] + (box[3] - height) / 2, width, height),
-                (left, box[1] + (box[3] - other) / 2, box[2] - width - GAP, other))
+        return (
+            (box[0], box[1] + (box[3] - height) / 2, width, height),
+            (left, box[1] + (box[3] - other) / 2, box[2] - width - GAP, other),
+        )
 
     def paint(self, canvas: Canvas, box: Box) -> None:
         for widget, place in zip((self.first, self.second), self._boxes(box), strict=True):
             widget.paint(canvas, place)
 
     def regions(self, box: Box) -> list[Region]:
-        return [region for widget, place in zip((self.first, self.second), self._boxes(box), strict=True)
-                for region in widget.regions(place)]
+        return [
+            region
+            for widget, place in zip((self.first, self.second), self._boxes(box), strict=True)
+            for region in widget.regions(place)
+        ]

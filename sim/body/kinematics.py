@@ -5,13 +5,15 @@ import numpy as np
 from sim.body.skeleton import ANCESTORS, BONE_OFFSETS, JOINT_COUNT, PARENTS
 from sim.math import rotations as rot
 
-STRAIGHT = 0.02  # metres between the knee and the line from hip to ankle, under which the plane of a bend is not to be trusted
+# metres between the knee and the line from hip to ankle, under which the plane of a bend is not to be trusted
+STRAIGHT = 0.02
 
 
 def forward_kinematics(hips: np.ndarray, global_rotations: np.ndarray) -> np.ndarray:
     """Joint positions (..., 21, 3) in metres from hips positions (..., 3) and global rotations (..., 21, 4).
 
-    With global rotations a joint is the sum of the turned bones above it: one matrix product, no loop over the chain."""
+    With global rotations a joint is the sum of the turned bones above it: one matrix product, no loop over the
+    chain."""
     bones = np.empty((*global_rotations.shape[:-1], 3))
     bones[..., 0, :] = hips
     bones[..., 1:, :] = rot.rotate(global_rotations[..., PARENTS[1:], :], BONE_OFFSETS[1:])
@@ -33,13 +35,20 @@ def to_local(global_rotations: np.ndarray) -> np.ndarray:
     return local
 
 
-def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np.ndarray,
-                pole: np.ndarray, reach: float = 0.999, hinge: bool = False) -> tuple[np.ndarray, np.ndarray]:
+def two_bone_ik(
+    hip: np.ndarray,
+    knee: np.ndarray,
+    ankle: np.ndarray,
+    target: np.ndarray,
+    pole: np.ndarray,
+    reach: float = 0.999,
+    hinge: bool = False,
+) -> tuple[np.ndarray, np.ndarray]:
     """World rotations (..., 4), (..., 4) to put before the upper and the lower bone so that the ankle meets the target.
 
-    hip, knee, ankle, target: (..., 3) world metres. pole: (..., 3) where the knee points when the leg is straight and its bend
-    has no plane of its own; a nearly straight hinge never points away from there. A target out of reach is approached along the
-    line to it, up to `reach` of the leg's length."""
+    hip, knee, ankle, target: (..., 3) world metres. pole: (..., 3) where the knee points when the leg is straight and
+    its bend has no plane of its own; a nearly straight hinge never points away from there. A target out of reach is
+    approached along the line to it, up to `reach` of the leg's length."""
     bones = np.array([knee - hip, ankle - knee])
     (upper, lower), wanted = rot.length(bones), target - hip
     distance = np.minimum(np.maximum(rot.length(wanted), np.abs(upper - lower) + 1e-3), (upper + lower) * reach)
@@ -48,11 +57,13 @@ def two_bone_ik(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray, target: np
     # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.
     bend = _without(bones[0], current)
     bent = rot.length(bend)
-    if hinge:  # a knee that is stretched a little too far must not be thrown about where the pole just makes up for that
+    # a knee that is stretched a little too far must not be thrown about where the pole just makes up for that
+    if hinge:
         forward = _dot(bend, pole)
         bent = rot.length(bend - pole * forward) + forward
     bend = bend + pole * np.maximum(0.0, STRAIGHT - bent)
-    # The shortest turn from the current to the new axis takes it there: of Rodrigues' formula, what is square to the new axis.
+    # The shortest turn from the current to the new axis takes it there: of Rodrigues' formula, what is square to the
+    # new axis.
     between = current + axis
     bend = bend - current * (_dot(bend, between) / np.maximum(_dot(current, between), 1e-9))
     bend = rot.normalize(_without(bend, axis))

@@ -35,7 +35,8 @@ INDEX = {name: i for i, name in enumerate(JOINTS)}
 PARENTS = np.array([-1 if parent is None else INDEX[parent] for _, parent, _ in _TABLE])
 BONE_OFFSETS = np.array([offset for _, _, offset in _TABLE])  # (21, 3) metres
 JOINT_COUNT = len(JOINTS)
-BETWEEN_HIPS = (BONE_OFFSETS[INDEX["LeftUpLeg"]] + BONE_OFFSETS[INDEX["RightUpLeg"]]) / 2  # (3,) from the hips, in metres
+# (3,) from the hips, in metres
+BETWEEN_HIPS = (BONE_OFFSETS[INDEX["LeftUpLeg"]] + BONE_OFFSETS[INDEX["RightUpLeg"]]) / 2
 
 # ANCESTORS[j, k] is 1 where bone k lies on the chain from the root to joint j (j itself included).
 ANCESTORS = np.eye(JOINT_COUNT)
@@ -45,7 +46,8 @@ for _joint in range(1, JOINT_COUNT):
 TOE_HEIGHT = 0.02  # metres, a toe joint's height above the floor while the foot is flat
 ANKLE_HEIGHT = TOE_HEIGHT - BONE_OFFSETS[INDEX["LeftToe"], 1]
 REST_HIPS_HEIGHT = TOE_HEIGHT - sum(
-    BONE_OFFSETS[INDEX[name], 1] for name in ("LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToe"))
+    BONE_OFFSETS[INDEX[name], 1] for name in ("LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToe")
+)
 
 # The five body parts of Motion Puzzle (Jang et al. 2022, Eq. 4), in the order of the paper's f_s.
 PARTS = {
@@ -56,7 +58,9 @@ PARTS = {
     "right_arm": (17, 18, 19, 20),
 }
 PART_NAMES = tuple(PARTS)
-PART_OF_JOINT = np.array([next(p for p, joints in enumerate(PARTS.values()) if j in joints) for j in range(JOINT_COUNT)])
+PART_OF_JOINT = np.array(
+    [next(p for p, joints in enumerate(PARTS.values()) if j in joints) for j in range(JOINT_COUNT)]
+)
 GROUPS = {
     "legs": ("left_leg", "right_leg"),
     "arms": ("left_arm", "right_arm"),

@@ -1,4 +1,5 @@
-"""The feet of whole clips: planted ones held still by the smoothest correction that takes their slide away, and longer strides.
+"""The feet of whole clips: planted ones held still by the smoothest correction that takes their slide away, and longer
+strides.
 
 Whole clips can be looked ahead in: no release is needed as in the live foot lock (sim.feet.foot_lock)."""
 
@@ -51,8 +52,8 @@ def planted(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
 
 
 def strided(clip: Clip, factor: float) -> Clip:
-    """The clip with strides `factor` times as long, in the same time: root and feet go that much further, planted feet stay
-    planted, and the hips sink as far as the legs need. The body is carried along as it is."""
+    """The clip with strides `factor` times as long, in the same time: root and feet go that much further, planted feet
+    stay planted, and the hips sink as far as the legs need. The body is carried along as it is."""
     if factor == 1:
         return clip
     rotations = clip.global_rotations()
@@ -65,13 +66,18 @@ def strided(clip: Clip, factor: float) -> Clip:
     missing = height_missing(sockets, feet[:, :, 0] + shift[:, :, 0], REACH * LEG_LENGTH).max(axis=1).clip(min=0.0)
     window = round(DROP_SECONDS * clip.fps)
     hips = hips - gaussian_filter1d(maximum_filter1d(missing, window), window / 4)[:, None] * UP
-    return replace(clip, hips=hips, rotations=to_local(_stand(
-        hips, rotations, forward_kinematics(hips, rotations), *np.moveaxis(feet + shift, 2, 0))))
+    return replace(
+        clip,
+        hips=hips,
+        rotations=to_local(
+            _stand(hips, rotations, forward_kinematics(hips, rotations), *np.moveaxis(feet + shift, 2, 0))
+        ),
+    )
 
 
 def _joined(wanted: np.ndarray, feet: np.ndarray, hold: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarray]:
-    """Ankles and toes (frames, 2, 3) a foot's length apart, near the wanted ones (frames, 2, 2, 3): the one that is held
-    stays, the other gives way; heights stay in any case. feet: as captured; hold: (frames, 2, 2)."""
+    """Ankles and toes (frames, 2, 3) a foot's length apart, near the wanted ones (frames, 2, 2, 3): the one that is
+    held stays, the other gives way; heights stay in any case. feet: as captured; hold: (frames, 2, 2)."""
     rise = np.clip(wanted[:, :, 1, 1] - wanted[:, :, 0, 1], -FOOT_LENGTH, FOOT_LENGTH)
     across = np.sqrt(FOOT_LENGTH**2 - rise**2)[..., None]
     captured = (feet[:, :, 1] - feet[:, :, 0])[..., [0, 2]]
@@ -87,9 +93,11 @@ def _joined(wanted: np.ndarray, feet: np.ndarray, hold: np.ndarray, fps: float) 
     return ankles, toes
 
 
-def _stand(hips: np.ndarray, rotations: np.ndarray, positions: np.ndarray, ankles: np.ndarray, toes: np.ndarray) -> np.ndarray:
-    """Global rotations (frames, 21, 4) with ankles, then toes, brought to where they are wanted (frames, 2, 3); from hips
-    (frames, 3), global rotations and positions (frames, 21, 3)."""
+def _stand(
+    hips: np.ndarray, rotations: np.ndarray, positions: np.ndarray, ankles: np.ndarray, toes: np.ndarray
+) -> np.ndarray:
+    """Global rotations (frames, 21, 4) with ankles, then toes, brought to where they are wanted (frames, 2, 3); from
+    hips (frames, 3), global rotations and positions (frames, 21, 3)."""
     upper, lower, foot = LEGS
     forward = rot.rotate(rotations[:, :1], KNEES_FORWARD * FORWARD)
     turns = two_bone_ik(positions[:, upper], positions[:, lower], positions[:, foot], ankles, forward, REACH)
@@ -110,8 +118,8 @@ def _still(joint: np.ndarray, hold: np.ndarray, fps: float) -> np.ndarray:
 
 
 def _level(toe: np.ndarray, hold: np.ndarray, flat: np.ndarray, fps: float) -> np.ndarray:
-    """The smooth vertical correction (frames,) of a toe (frames, 3): onto the floor while its foot is flat, not under it while
-    it pushes off, and clear of it while it swings, for captured toes may brush the floor at full speed."""
+    """The smooth vertical correction (frames,) of a toe (frames, 3): onto the floor while its foot is flat, not under
+    it while it pushes off, and clear of it while it swings, for captured toes may brush the floor at full speed."""
     speed = np.linalg.norm(np.gradient(toe[:, [0, 2]], 1 / fps, axis=0), axis=-1)
     swing = ramp(speed, *SWING_SPEEDS) * (1 - hold)
     missing = TOE_HEIGHT - toe[:, 1]

@@ -1,8 +1,9 @@
 """Feet of a whole restyled clip: planted where the content plants them, over the floor, with a view of what comes.
 
-Jang et al. 2022 (Sec. 7.2.3) and Aberman et al. 2020 move a planted foot to its mean place in the contact phase. Here it is
-the foot's displacement from the content's own that stands still while the content's foot is planted: the styled foot then
-slides exactly as little as the captured one, nothing jumps, and a clip that is not restyled stays as it is."""
+Jang et al. 2022 (Sec. 7.2.3) and Aberman et al. 2020 move a planted foot to its mean place in the contact phase. Here
+it is the foot's displacement from the content's own that stands still while the content's foot is planted: the styled
+foot then slides exactly as little as the captured one, nothing jumps, and a clip that is not restyled stays as it
+is."""
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
@@ -38,13 +39,16 @@ def feet_in_order(styled: Pose, content: Pose) -> Pose:
     for foot in range(2):
         targets[:, foot] += _correction(ours[:, foot], theirs[:, foot], contacts[:, foot])
     own_stretch = np.linalg.norm(content.positions[:, LEGS[0]] - theirs[:, :, 0], axis=-1)
-    lift -= _drop(styled.positions[:, LEGS[0]] + lift[:, None, None] * UP, targets, np.maximum(own_stretch, STRETCH * LEG_LENGTH))
+    lift -= _drop(
+        styled.positions[:, LEGS[0]] + lift[:, None, None] * UP, targets, np.maximum(own_stretch, STRETCH * LEG_LENGTH)
+    )
     hips = styled.hips + lift[:, None] * UP
     return reach(styled.with_body(hips, styled.rotations), LEGS, targets, KNEES_FORWARD, REACH)
 
 
 def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> np.ndarray:
-    """What to add to one foot (frames, 3): ours, theirs (frames, 2, 3) its ankle and toe, contacts (frames, 2) theirs."""
+    """What to add to one foot (frames, 3): ours, theirs (frames, 2, 3) its ankle and toe, contacts (frames, 2)
+    theirs."""
     hold, bearing = contacts.max(axis=1), contacts.argmax(axis=1)
     frames = np.arange(len(ours))
     apart = ours - theirs
@@ -59,7 +63,8 @@ def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> n
 
 
 def _drop(hips: np.ndarray, targets: np.ndarray, stretch: np.ndarray) -> np.ndarray:
-    """How far (frames,) the hips sink so that legs from (frames, 2, 3), no longer than (frames, 2), reach their ankles."""
+    """How far (frames,) the hips sink so that legs from (frames, 2, 3), no longer than (frames, 2), reach their
+    ankles."""
     needed = np.clip(height_missing(hips, targets, stretch).max(axis=1), 0.0, LONGEST_DROP)
     return _slowly(maximum_filter1d(needed, 4 * round(LEVEL_SECONDS * FPS) + 1, mode="nearest"))
 
@@ -71,7 +76,9 @@ def _slowly(values: np.ndarray) -> np.ndarray:
 
 def foot_height_error(styled: Pose, content: Pose) -> np.ndarray:
     """How far (...) the lowest joint of the styled feet is under the content's lowest, in metres."""
-    return content.positions[..., CONTACT_JOINTS, 1].min(axis=-1) - styled.positions[..., CONTACT_JOINTS, 1].min(axis=-1)
+    return content.positions[..., CONTACT_JOINTS, 1].min(axis=-1) - styled.positions[..., CONTACT_JOINTS, 1].min(
+        axis=-1
+    )
 
 
 def raise_feet(styled: Pose, height: np.ndarray) -> Pose:

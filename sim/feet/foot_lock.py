@@ -1,4 +1,5 @@
-"""Keeps planted feet where they stand and every foot above the floor, by moving the hips a little and bending the legs."""
+"""Keeps planted feet where they stand and every foot above the floor, by moving the hips a little and bending the
+legs."""
 
 from dataclasses import replace
 
@@ -17,7 +18,8 @@ RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is
 HEIGHT_HALFLIFE = 0.05  # seconds, for a foot's way to the floor
 RISE_HALFLIFE = 0.05  # seconds, for the height of a body on the feet that carry it
 DROP_HALFLIFE = 0.03  # seconds, for hips that sink to let a leg reach
-# Metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower; of neutral legs, of styled ones.
+# Metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower; of neutral legs, of
+# styled ones.
 CLEARANCE, STYLED_CLEARANCE = 0.055, 0.05
 SWING_SPEEDS = (0.4, 1.2)  # metres a second over the floor between which a lifted foot counts as swinging
 WAY_HALFLIFE = 0.12  # seconds over which the way that the root goes is told
@@ -47,13 +49,15 @@ NO_STYLE = np.zeros(2)
 
 
 class FootLock:
-    """Contacts come from the controller. While a foot is planted its motion over the floor is cancelled; in the air what has
-    been cancelled fades out. So nothing ever jumps: not at touch-down, not when the weight rolls from heel to toe.
+    """Contacts come from the controller. While a foot is planted its motion over the floor is cancelled; in the air
+    what has been cancelled fades out. So nothing ever jumps: not at touch-down, not when the weight rolls from heel to
+    toe.
 
     Poses may have a leading axis, of a crowd; every array then has it."""
 
     def __init__(self) -> None:
-        self.joints: np.ndarray | None = None  # (..., 2, 2, 3): left and right, ankle and toe, as they came in the last frame
+        # (..., 2, 2, 3): left and right, ankle and toe, as they came in the last frame
+        self.joints: np.ndarray | None = None
         self.slip = _HeldBack(LONGEST_CORRECTION)  # the horizontal correction of each foot
         self.height, self.height_rate = np.zeros(2), np.zeros(2)  # the vertical one
         self.rise = self.rise_rate = np.zeros(())  # of the whole body
@@ -65,8 +69,9 @@ class FootLock:
     def step(self, styled: Pose, neutral: Pose, legs: np.ndarray = NO_STYLE, pace: np.ndarray | bool = False) -> Pose:
         """The styled pose with its feet in order. Joints keep their bones' length; arms and spine ride along unturned.
 
-        legs: (..., 2) how far the left and the right leg are styled; pace: (...) whether they set the pace, so that the body goes
-        as far as they carry it; otherwise their strides are as long as the speed that is asked for needs, within MODERATE."""
+        legs: (..., 2) how far the left and the right leg are styled; pace: (...) whether they set the pace, so that the
+        body goes as far as they carry it; otherwise their strides are as long as the speed that is asked for needs,
+        within MODERATE."""
         contacts, raised = self.settling.step(_by_foot(neutral.contacts), self.slip.vectors)
         legs = np.minimum(legs, 1.0)
         stride = self.stride.step(styled, neutral, legs.max(axis=-1), pace)
@@ -82,12 +87,15 @@ class FootLock:
         turned = rot.multiply(turns[..., None, :], _by_foot(rotations[..., CONTACT_JOINTS, :], 4))
         rotations[..., CONTACT_JOINTS, :] = turned.reshape(*turned.shape[:-3], 4, 4)
         body = styled.with_body(styled.hips + rise[..., 0, :] - drop[..., None] * UP, rotations)
-        return replace(reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.reshape(neutral.contacts.shape))
+        return replace(
+            reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.reshape(neutral.contacts.shape)
+        )
 
     def _rise(self, feet: np.ndarray, neutral_low: np.ndarray, contacts: np.ndarray, legs: np.ndarray) -> np.ndarray:
-        """What the body rises by (..., 1, 3) so that it stands on the feet that carry it, ankles and toes (..., 2, 2, 3) with
-        their contacts (..., 2, 2): the legs keep their bend, and the hips go up and down as the styled legs carry them. Legs
-        without a style, strengths (..., 2), leave it where the neutral one is, whose feet are so high (..., 2)."""
+        """What the body rises by (..., 1, 3) so that it stands on the feet that carry it, ankles and toes (..., 2, 2,
+        3) with their contacts (..., 2, 2): the legs keep their bend, and the hips go up and down as the styled legs
+        carry them. Legs without a style, strengths (..., 2), leave it where the neutral one is, whose feet are so high
+        (..., 2)."""
         error = neutral_low + legs * (TOE_HEIGHT - neutral_low) - feet[..., 1].min(axis=-1) - self.rise[..., None]
         # A foot that pushes off leaves the floor by itself: only one that is flat on it draws the body down.
         bearing = smooth_step(np.where(error > 0, contacts.max(axis=-1), contacts.min(axis=-1)), LIFTED, PLANTED)
@@ -98,8 +106,8 @@ class FootLock:
         return self.rise[..., None, None] * UP
 
     def _plant(self, feet: np.ndarray, contacts: np.ndarray, neutral_low: np.ndarray, legs: np.ndarray) -> np.ndarray:
-        """What to add to each foot (..., 2, 3), for ankles and toes (..., 2, 2, 3), their contacts (..., 2, 2), the neutral
-        feet's height (..., 2) and how far the legs are styled (..., 2)."""
+        """What to add to each foot (..., 2, 3), for ankles and toes (..., 2, 2, 3), their contacts (..., 2, 2), the
+        neutral feet's height (..., 2) and how far the legs are styled (..., 2)."""
         moved = feet - (feet if self.joints is None else self.joints)
         self.joints = feet
         on_ankle = contacts[..., :1] >= contacts[..., 1:]  # which joint carries the weight: ankle or toe
@@ -114,7 +122,9 @@ class FootLock:
         as_neutral = np.minimum(np.maximum(neutral_low, TOE_HEIGHT), clearance)
         to_clear = np.maximum(as_neutral, TOE_HEIGHT + swinging * (clearance - TOE_HEIGHT)) - low
         flat = smooth_step(contacts.min(axis=-1), LIFTED, PLANTED)
-        wanted = np.maximum(to_clear, 0.0) * (1 - planted) + np.maximum(to_floor, 0.0) * (planted - flat) + to_floor * flat
+        wanted = (
+            np.maximum(to_clear, 0.0) * (1 - planted) + np.maximum(to_floor, 0.0) * (planted - flat) + to_floor * flat
+        )
         self.height, self.height_rate = spring_step(self.height, self.height_rate, wanted, HEIGHT_HALFLIFE, DT)
         up = np.maximum(self.height, to_floor - 0.5 * TOE_HEIGHT)  # the spring may lag, the floor may not be pierced
         return slip + up[..., None] * UP
@@ -128,23 +138,24 @@ class FootLock:
 
 
 class StrideScale:
-    """Feet that stride with the neutral ones, whose planted feet stand still, as far as the body goes, about the style's own
-    stance.
+    """Feet that stride with the neutral ones, whose planted feet stand still, as far as the body goes, about the
+    style's own stance.
 
-    How far the styled legs would carry the body, `carry`, is how long their strides are beside the neutral ones: the slope of the
-    styled feet's way forwards over the neutral feet's, since both step together."""
+    How far the styled legs would carry the body, `carry`, is how long their strides are beside the neutral ones: the
+    slope of the styled feet's way forwards over the neutral feet's, since both step together."""
 
     def __init__(self) -> None:
         self.carry = np.ones(())  # (...) of the styled legs
         self.scale = np.ones(())  # (...) of the strides that are made
         self._before: np.ndarray | None = None  # (..., 3) the root's place in the last frame
         self._velocity = np.zeros(3)  # (..., 3) of the root in the character's frame
-        self._mean = np.zeros((2, 2))  # (..., 2 feet, 2): styled and neutral, where they are on the average along the way
+        # (..., 2 feet, 2): styled and neutral, where they are on the average along the way
+        self._mean = np.zeros((2, 2))
         self._products = np.zeros(2)  # (..., 2): of styled and neutral, of neutral and neutral
 
     def step(self, styled: Pose, neutral: Pose, carried: np.ndarray, pace: np.ndarray | bool) -> np.ndarray:
-        """What to add to each foot (..., 2, 3). carried: (...) how far the styled legs carry the body, 0 not at all; pace: (...)
-        whether they set the pace."""
+        """What to add to each foot (..., 2, 3). carried: (...) how far the styled legs carry the body, 0 not at all;
+        pace: (...) whether they set the pace."""
         root = neutral.root_position
         moved = (root - (root if self._before is None else self._before)) * FLOOR
         moved = neutral.to_character(moved[..., None, :])[..., 0, :]
@@ -152,12 +163,16 @@ class StrideScale:
         self._velocity = self._velocity + (moved / DT - self._velocity) * (1 - decay(WAY_HALFLIFE, DT))
         speed = rot.length(self._velocity)
         way = self._velocity / np.maximum(speed, 1e-6)
-        feet = np.stack([neutral.to_character(pose.positions[..., FOOT, :] - root[..., None, :])
-                         for pose in (styled, neutral)], axis=-1)
+        feet = np.stack(
+            [neutral.to_character(pose.positions[..., FOOT, :] - root[..., None, :]) for pose in (styled, neutral)],
+            axis=-1,
+        )
         along = np.vecdot(feet, way[..., None, :, None], axis=-2)  # (..., 2 feet, 2): styled, neutral
         self._mean = self._mean + (along - self._mean) * (1 - decay(STANCE_HALFLIFE, DT))
         swing = along - self._mean
-        products = np.stack([(swing[..., 0] * swing[..., 1]).sum(axis=-1), np.square(swing[..., 1]).sum(axis=-1)], axis=-1)
+        products = np.stack(
+            [(swing[..., 0] * swing[..., 1]).sum(axis=-1), np.square(swing[..., 1]).sum(axis=-1)], axis=-1
+        )
         self._products = self._products + (products - self._products) * (1 - decay(CARRY_HALFLIFE, DT))
         carry = (self._products[..., 0] + STANDING_SWING) / (self._products[..., 1] + STANDING_SWING)
         self.carry = np.where(pace, np.clip(carry, *CARRY), np.clip(carry, *MODERATE))
@@ -168,15 +183,16 @@ class StrideScale:
 
 
 class _HeldBack:
-    """What each foot is held back from going: it grows against the motion while the foot is held, and fades out when not."""
+    """What each foot is held back from going: it grows against the motion while the foot is held, and fades out when
+    not."""
 
     def __init__(self, longest: float) -> None:
         self.vectors, self.rates = np.zeros((2, 3)), np.zeros((2, 3))
         self.longest = longest  # metres; past that the foot goes along
 
     def step(self, against: np.ndarray, firmly: np.ndarray) -> np.ndarray:
-        """(..., 2, 3) metres, after a frame whose motion would be undone by (..., 2, 3); how firmly (..., 2) in 0..1 each foot
-        is held."""
+        """(..., 2, 3) metres, after a frame whose motion would be undone by (..., 2, 3); how firmly (..., 2) in 0..1
+        each foot is held."""
         firmly = firmly[..., None]
         free, free_rates = spring_step(self.vectors, self.rates, 0.0, RELEASE_HALFLIFE, DT)
         self.rates = free_rates + (against / DT - free_rates) * firmly
@@ -185,8 +201,8 @@ class _HeldBack:
 
 
 class _Attitude:
-    """A foot whose ankle and toe are both planted does not pivot on the floor; when one lifts, what was held back fades out. Its
-    heel rises as it comes: who holds it down pulls a leg that is straight."""
+    """A foot whose ankle and toe are both planted does not pivot on the floor; when one lifts, what was held back fades
+    out. Its heel rises as it comes: who holds it down pulls a leg that is straight."""
 
     def __init__(self) -> None:
         self.foot: np.ndarray | None = None  # (..., 2, 3), from ankle to toe, as it came in the last frame
@@ -205,15 +221,16 @@ class _Attitude:
 
 
 class _SettlingStep:
-    """People who stop with a foot out of place shift it. After standing a moment, one foot at a time takes a small step."""
+    """People who stop with a foot out of place shift it. After standing a moment, one foot at a time takes a small
+    step."""
 
     def __init__(self) -> None:
         self.standing = np.zeros(())  # seconds
         self.left = np.zeros(2)  # seconds that each foot's step still takes
 
     def step(self, contacts: np.ndarray, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Contacts (..., 2, 2) without those of a stepping foot, and how high (..., 2) it is; slip (..., 2, 3) tells what is out
-        of place."""
+        """Contacts (..., 2, 2) without those of a stepping foot, and how high (..., 2) it is; slip (..., 2, 3) tells
+        what is out of place."""
         self.standing = (self.standing + DT) * (contacts.max(axis=-1).min(axis=-1) > 0.9)
         self.left = np.maximum(self.left - DT, 0.0)
         out = rot.length(slip)[..., 0]
@@ -226,13 +243,14 @@ class _SettlingStep:
 
 
 def _by_foot(values: np.ndarray, size: int | None = None) -> np.ndarray:
-    """Values of the contact joints, (..., 4) or (..., 4, size), as left and right, ankle and toe: (..., 2, 2) or with size."""
+    """Values of the contact joints, (..., 4) or (..., 4, size), as left and right, ankle and toe: (..., 2, 2) or with
+    size."""
     own = () if size is None else (size,)
-    return values.reshape(*values.shape[:values.ndim - 1 - len(own)], 2, 2, *own)
+    return values.reshape(*values.shape[: values.ndim - 1 - len(own)], 2, 2, *own)
 
 
 def _on_floor(heights: np.ndarray, legs: np.ndarray) -> np.ndarray:
-    """How far (..., 2, 2) ankles and toes at heights (..., 2, 2) may be on the floor at all: contacts are the neutral feet's, and
-    a styled foot, of legs styled as far as (..., 2), may be lifted where the neutral one stands."""
+    """How far (..., 2, 2) ankles and toes at heights (..., 2, 2) may be on the floor at all: contacts are the neutral
+    feet's, and a styled foot, of legs styled as far as (..., 2), may be lifted where the neutral one stands."""
     lifted = smooth_step(heights - FLAT_HEIGHTS, *OFF_FLOOR)
     return 1 - legs[..., None] * lifted

@@ -13,8 +13,13 @@ from sim.math import rotations as rot
 from sim.motion.clip import Clip
 
 CENTIMETRES = 100.0
-END_SITES = {"LeftToe": (0.0, 0.0, 0.07), "RightToe": (0.0, 0.0, 0.07), "Head": (0.0, 0.18, 0.0),
-             "LeftHand": (0.15, 0.0, 0.0), "RightHand": (-0.15, 0.0, 0.0)}  # metres, only for other programs to draw
+END_SITES = {
+    "LeftToe": (0.0, 0.0, 0.07),
+    "RightToe": (0.0, 0.0, 0.07),
+    "Head": (0.0, 0.18, 0.0),
+    "LeftHand": (0.15, 0.0, 0.0),
+    "RightHand": (-0.15, 0.0, 0.0),
+}  # metres, only for other programs to draw
 
 
 @dataclass
@@ -95,8 +100,16 @@ def from_clip(clip: Clip) -> Motion:
     positions[:, 0] = clip.hips
     end_sites = {JOINTS.index(name): CENTIMETRES * np.array(offset) for name, offset in END_SITES.items()}
     channels = [POSITION_ORDER + ROTATION_ORDER] + [ROTATION_ORDER] * (len(JOINTS) - 1)
-    return Motion(list(JOINTS), PARENTS.tolist(), CENTIMETRES * BONE_OFFSETS, end_sites, channels, clip.fps,
-                  CENTIMETRES * positions, clip.rotations)
+    return Motion(
+        list(JOINTS),
+        PARENTS.tolist(),
+        CENTIMETRES * BONE_OFFSETS,
+        end_sites,
+        channels,
+        clip.fps,
+        CENTIMETRES * positions,
+        clip.rotations,
+    )
 
 
 def write(path: str | Path, motion: Motion | Clip) -> None:
@@ -104,8 +117,17 @@ def write(path: str | Path, motion: Motion | Clip) -> None:
 
     Raises OSError if the folder cannot be written, ValueError for a joint with one or two rotation channels."""
     motion = from_clip(motion) if isinstance(motion, Clip) else motion
-    text = "\n".join(["HIERARCHY", *_hierarchy_lines(motion), "MOTION", f"Frames: {len(motion)}",
-                      f"Frame Time: {1.0 / motion.fps:.8f}", *_frame_lines(motion), ""])
+    text = "\n".join(
+        [
+            "HIERARCHY",
+            *_hierarchy_lines(motion),
+            "MOTION",
+            f"Frames: {len(motion)}",
+            f"Frame Time: {1.0 / motion.fps:.8f}",
+            *_frame_lines(motion),
+            "",
+        ]
+    )
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -118,9 +140,12 @@ def _hierarchy_lines(motion: Motion) -> list[str]:
 
     def block(joint: int, indent: str) -> list[str]:
         inner = indent + "\t"
-        lines = [f"{indent}{'ROOT' if motion.parents[joint] < 0 else 'JOINT'} {motion.names[joint]}", indent + "{",
-                 offset_line(inner, motion.offsets[joint]),
-                 f"{inner}CHANNELS {len(motion.channels[joint])} {' '.join(motion.channels[joint])}".rstrip()]
+        lines = [
+            f"{indent}{'ROOT' if motion.parents[joint] < 0 else 'JOINT'} {motion.names[joint]}",
+            indent + "{",
+            offset_line(inner, motion.offsets[joint]),
+            f"{inner}CHANNELS {len(motion.channels[joint])} {' '.join(motion.channels[joint])}".rstrip(),
+        ]
         for child in children[joint]:
             lines += block(child, inner)
         if joint in motion.end_sites or not children[joint]:
@@ -136,8 +161,10 @@ def _frame_lines(motion: Motion) -> list[str]:
     for joint, channels in enumerate(motion.channels):
         order = "".join(channel[0] for channel in channels if channel in ROTATION_ORDER)
         if len(order) not in (0, 3):
-            raise ValueError(f"joint '{motion.names[joint]}' cannot be written: it has {len(order)} rotation channels, "
-                             "not three or none")
+            raise ValueError(
+                f"joint '{motion.names[joint]}' cannot be written: it has {len(order)} rotation channels, "
+                "not three or none"
+            )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # gimbal lock: scipy warns, the angles it gives are right
             angles = np.unwrap(rot.to_euler(order, motion.rotations[:, joint]), axis=0, period=360.0) if order else None

@@ -14,8 +14,8 @@ POSITION_ORDER = ("Xposition", "Yposition", "Zposition")
 
 @dataclass
 class Hierarchy:
-    """The joints in the file's order and unit: parents (-1 for a root), offsets (3,), channels in the order of the numbers,
-    and end_sites {joint: offset (3,)}."""
+    """The joints in the file's order and unit: parents (-1 for a root), offsets (3,), channels in the order of the
+    numbers, and end_sites {joint: offset (3,)}."""
 
     names: list[str] = field(default_factory=list)
     parents: list[int] = field(default_factory=list)
@@ -125,8 +125,8 @@ def read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[f
 
 
 def _headings(path: Path, lines: list[str], start: int) -> tuple[int | None, float, int]:
-    """From the lines below MOTION: the number of frames where it is told, frames a second, and how many lines lie above the
-    first frame."""
+    """From the lines below MOTION: the number of frames where it is told, frames a second, and how many lines lie above
+    the first frame."""
     declared, seconds, first = None, None, start
     for first in range(start, len(lines)):
         key, colon, value = lines[first].partition(":")

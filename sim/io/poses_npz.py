@@ -14,6 +14,7 @@ from sim.session import Frame
 
 def arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
     """The poses file's arrays by name: metres, radians, local quaternions wxyz with signs that run on."""
+
     def stack(values) -> np.ndarray:
         return np.array([np.asarray(value, dtype=np.float64) for value in values])
 

@@ -1,4 +1,5 @@
-"""Where motion capture comes from and under which licence, and by which commit weights are trained: what their header says."""
+"""Where motion capture comes from and under which licence, and by which commit weights are trained: what their header
+says."""
 
 import subprocess
 from pathlib import Path
@@ -15,12 +16,14 @@ ARCHIVES = {
     "o3de": "Open 3D Engine Contributors (Apache-2.0 or MIT)",
     "100style-neutral": "100STYLE, Ian Mason (CC BY 4.0)",
     CONTROLLER: "motion of Patchwalk's own controller (as its weights)",
-    "bandai-namco": "Bandai-Namco Research Motiondataset, Bandai Namco Research Inc. (CC BY-NC 4.0: non-commercial use only)",
+    "bandai-namco": "Bandai-Namco Research Motiondataset, Bandai Namco Research Inc. "
+    "(CC BY-NC 4.0: non-commercial use only)",
 }
 
 
 def credit(folder: Path, files: Iterable[Path]) -> str:
-    """Whose clips the files under a data folder are, and their licences; those of no known archive are the user's own."""
+    """Whose clips the files under a data folder are, and their licences; those of no known archive are the user's
+    own."""
     found = set()
     for path in files:
         archives = [part for part in path.relative_to(folder.parent).parts if part in ARCHIVES]
@@ -31,8 +34,9 @@ def credit(folder: Path, files: Iterable[Path]) -> str:
 def commit() -> str:
     """The commit that this code stands at, "unknown" where it is no checkout or git is not there."""
     try:
-        answer = subprocess.run(("git", "rev-parse", "--short", "HEAD"), capture_output=True, text=True,
-                                cwd=Path(__file__).parent)
+        answer = subprocess.run(
+            ("git", "rev-parse", "--short", "HEAD"), capture_output=True, text=True, cwd=Path(__file__).parent
+        )
     except OSError:
         return "unknown"
     return answer.stdout.strip() or "unknown"

@@ -15,7 +15,8 @@ from sim.style_spec import is_number, shown
 
 HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
 MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
-LAST_BITS = 1e-12  # by which a recorded full stick may be too long: it is left as it is, for the same pose to the last bit
+# by which a recorded full stick may be too long: it is left as it is, for the same pose to the last bit
+LAST_BITS = 1e-12
 SMALLEST_FACE = 1e-6  # the length of a facing under which it is no direction
 
 
@@ -27,8 +28,9 @@ class Recorder:
     Raises FileExistsError rather than write over a recording."""
 
     def __init__(self, path: str | Path, stylizer: str | None = None, pace: bool = False) -> None:
-        """stylizer: the name of the one in use, for whoever plays it; None: the one that is used unless another is named.
-        pace: whether the styles of the legs set the pace at the start; a command that says otherwise is written as a change."""
+        """stylizer: the name of the one in use, for whoever plays it; None: the one that is used unless another is
+        named. pace: whether the styles of the legs set the pace at the start; a command that says otherwise is written
+        as a change."""
         self.path = Path(path)
         self.frames = 0
         self._file = open(self.path, "x", encoding="ascii")
@@ -42,8 +44,11 @@ class Recorder:
         changed = {name: value for name, value in now.items() if self._last.get(name, ...) != value}
         if "style" in changed:
             before = self._last.get("style", {})
-            changed["style"] = {part: now["style"].get(part) for part in {**before, **now["style"]}
-                                if before.get(part) != now["style"].get(part)}
+            changed["style"] = {
+                part: now["style"].get(part)
+                for part in {**before, **now["style"]}
+                if before.get(part) != now["style"].get(part)
+            }
         self._silent += 1
         if changed or self._silent == FPS:
             self._line({"frame": self.frames, **changed})
@@ -70,8 +75,8 @@ class Recorder:
 
 @dataclass(frozen=True)
 class Recording:
-    """Recorded commands: iterating yields one a frame. `changes` holds (frame, the command from then on); stylizer is the name of
-    the one that it was made with, None where it does not say."""
+    """Recorded commands: iterating yields one a frame. `changes` holds (frame, the command from then on); stylizer is
+    the name of the one that it was made with, None where it does not say."""
 
     changes: tuple[tuple[int, Command], ...]
     frames: int
@@ -89,8 +94,11 @@ class Recording:
     @property
     def styles(self) -> tuple[str, ...]:
         """The names of the styles it asks for, each once, in the order they appear."""
-        return tuple(dict.fromkeys(name for _, command in self.changes for wears in command.style.values()
-                                   for name in worn.names(wears)))
+        return tuple(
+            dict.fromkeys(
+                name for _, command in self.changes for wears in command.style.values() for name in worn.names(wears)
+            )
+        )
 
 
 def read(path: str | Path) -> Recording:
@@ -127,11 +135,13 @@ def read(path: str | Path) -> Recording:
 
 def _encode(command: Command) -> dict:
     """A whole command in the format's terms. Floats keep every bit: Python writes text that reads back the same."""
-    return {"move": [float(v) for v in command.move],
-            "face": None if command.face is None else [float(v) for v in command.face],
-            "gait": command.gait,
-            "style": worn.encode(command.style),
-            "pace": bool(command.pace)}
+    return {
+        "move": [float(v) for v in command.move],
+        "face": None if command.face is None else [float(v) for v in command.face],
+        "gait": command.gait,
+        "style": worn.encode(command.style),
+        "pace": bool(command.pace),
+    }
 
 
 def _parse(line: bytes) -> dict:

@@ -1,4 +1,5 @@
-"""Rotations: unit quaternions (w, x, y, z), 6-D (forward and up axes) and yaw; the only place where orders are converted.
+"""Rotations: unit quaternions (w, x, y, z), 6-D (forward and up axes) and yaw; the only place where orders are
+converted.
 
 Every function works on any leading axes and is plain numpy, so one frame and a whole clip use the same code. A frame's
 arrays are tiny and each numpy call costs a microsecond, so products of quaternions are one outer product and one table.
@@ -16,11 +17,9 @@ if TYPE_CHECKING:  # imported where it is used: it takes a third of a second, an
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
-# Hamilton's table: the product of the i-th and j-th of the units 1, i, j, k is plus or minus the |n|-th, counted from 1.
-_HAMILTON = np.array([[1, 2, 3, 4],
-                      [2, -1, 4, -3],
-                      [3, -4, -1, 2],
-                      [4, 3, -2, -1]])
+# Hamilton's table: the product of the i-th and j-th of the units 1, i, j, k is plus or minus the |n|-th, counted from
+# 1.
+_HAMILTON = np.array([[1, 2, 3, 4], [2, -1, 4, -3], [3, -4, -1, 2], [4, 3, -2, -1]])
 _PRODUCT = np.sign(_HAMILTON)[..., None] * np.eye(4)[np.abs(_HAMILTON) - 1]  # (4, 4, 4): a_i b_j counts in (a b)_k
 # q v q* is bilinear in q: column c of the rotation matrix is what becomes of the c-th axis.
 _MATRIX = np.einsum("ick,kjr,j->ijrc", _PRODUCT[:, 1:], _PRODUCT[:, :, 1:], CONJUGATE)  # (4, 4, 3, 3)
@@ -62,7 +61,8 @@ def normalize(v: np.ndarray) -> np.ndarray:
 
 
 def slerp(a: np.ndarray, b: np.ndarray, t) -> np.ndarray:
-    """From a to b along the shorter arc: (..., 4), (..., 4), t broadcastable to (..., 1); t beyond 0..1 extrapolates."""
+    """From a to b along the shorter arc: (..., 4), (..., 4), t broadcastable to (..., 1); t beyond 0..1
+    extrapolates."""
     dot = np.vecdot(a, b)[..., None]
     b = np.where(dot < 0, -b, b)
     angle = np.arccos(np.minimum(np.abs(dot), 1.0))
@@ -95,8 +95,8 @@ def to_rotation_vector(q: np.ndarray) -> np.ndarray:
 
 
 def nearest_turn(vector: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """Rotation vectors (..., 3), told the other way round the circle where that is nearer to the ones before them: a rotation of
-    about half a circle must not change its direction from one frame to the next."""
+    """Rotation vectors (..., 3), told the other way round the circle where that is nearer to the ones before them: a
+    rotation of about half a circle must not change its direction from one frame to the next."""
     other = vector * (1 - 2 * np.pi / np.maximum(length(vector), 1e-9))
     return np.where(length(other - before) < length(vector - before), other, vector)
 
@@ -122,7 +122,9 @@ def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     if opposite.any():
         away = np.broadcast_to(a, axis.shape)[opposite]
         result[opposite, 0] = 0.0
-        result[opposite, 1:] = cross(away, np.where(np.abs(away[..., :1]) < 0.9, np.array([1.0, 0, 0]), np.array([0, 1.0, 0])))
+        result[opposite, 1:] = cross(
+            away, np.where(np.abs(away[..., :1]) < 0.9, np.array([1.0, 0, 0]), np.array([0, 1.0, 0]))
+        )
     return normalize(result)
 
 
@@ -189,12 +191,14 @@ def from_scipy(rotation: Rotation) -> np.ndarray:
 def to_scipy(q: np.ndarray) -> Rotation:
     """Our (w, x, y, z), any leading axes flattened, as a scipy Rotation."""
     from scipy.spatial.transform import Rotation
+
     return Rotation.from_quat(np.roll(q, -1, axis=-1).reshape(-1, 4))
 
 
 def from_euler(order: str, degrees: np.ndarray) -> np.ndarray:
     """Intrinsic Euler angles in degrees (..., 3), applied in BVH channel order such as 'ZXY' -> (..., 4)."""
     from scipy.spatial.transform import Rotation
+
     turns = Rotation.from_euler(order.upper(), degrees.reshape(-1, len(order)), degrees=True)
     return from_scipy(turns).reshape(*degrees.shape[:-1], 4)
 

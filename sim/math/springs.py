@@ -13,7 +13,8 @@ def decay(halflife: float, dt: float) -> float:
 
 
 def _stiffness(halflife: float) -> float:
-    """Rate (1/s) of the critically damped spring that has covered half its way, from rest, after about `halflife` seconds."""
+    """Rate (1/s) of the critically damped spring that has covered half its way, from rest, after about `halflife`
+    seconds."""
     return 1.678 / max(halflife, 1e-6)  # the root of (1 + y) exp(-y) = 1/2
 
 
@@ -32,8 +33,8 @@ def lag(halflife: float) -> float:
 
 
 def soft_spring_step(x, v, a, target, halflife: float, dt: float):
-    """Position, velocity and acceleration of a spring of third order after dt seconds, exactly: its acceleration never jumps,
-    so a gap that opens in one frame is closed without a jolt."""
+    """Position, velocity and acceleration of a spring of third order after dt seconds, exactly: its acceleration never
+    jumps, so a gap that opens in one frame is closed without a jolt."""
     y = 2.674 / max(halflife, 1e-6)  # the root of (1 + y + y^2 / 2) exp(-y) = 1/2
     j0 = x - target
     j1 = v + j0 * y
@@ -45,7 +46,8 @@ def soft_spring_step(x, v, a, target, halflife: float, dt: float):
 
 
 def spring_travel(v, a, target, halflife: float, dt):
-    """How far a body travels in dt seconds while its velocity v (acceleration a) springs to a target velocity, exactly."""
+    """How far a body travels in dt seconds while its velocity v (acceleration a) springs to a target velocity,
+    exactly."""
     y = _stiffness(halflife)
     j0 = v - target
     j1 = a + j0 * y
@@ -54,7 +56,8 @@ def spring_travel(v, a, target, halflife: float, dt):
 
 
 def response(spring, halflife: float, times) -> np.ndarray:
-    """A spring as a matrix (..., 3): what it gives at `times` is this times (where, how fast, target), for it is linear in them.
+    """A spring as a matrix (..., 3): what it gives at `times` is this times (where, how fast, target), for it is linear
+    in them.
 
     spring: spring_step, whose positions come before its velocities, or spring_travel."""
     return np.stack([np.concatenate(np.atleast_2d(spring(*unit, halflife, times))) for unit in np.eye(3)], axis=-1)

@@ -1,6 +1,7 @@
 """Clips on our skeleton: resampling, mirroring, floor, and the root frame that features and controller share.
 
-scipy is imported where it is used: the live loop imports this file too, has no use for it, and starts half a second sooner."""
+scipy is imported where it is used: the live loop imports this file too, has no use for it, and starts half a second
+sooner."""
 
 from dataclasses import dataclass, replace
 
@@ -20,7 +21,8 @@ MIRROR_POSITION, MIRROR_QUATERNION = np.array([-1.0, 1.0, 1.0]), np.array([1.0, 
 
 @dataclass(frozen=True)
 class Clip:
-    """A motion on the 21-joint skeleton: hips (frames, 3) in metres, local rotations (frames, 21, 4), `fps` frames a second."""
+    """A motion on the 21-joint skeleton: hips (frames, 3) in metres, local rotations (frames, 21, 4), `fps` frames a
+    second."""
 
     hips: np.ndarray
     rotations: np.ndarray
@@ -48,6 +50,7 @@ class Clip:
         if abs(fps - self.fps) < 1e-6 or len(self) < 2:
             return replace(self, fps=fps)
         from scipy.interpolate import CubicSpline
+
         captured = np.arange(len(self))
         wanted = np.arange(int((len(self) - 1) * fps / self.fps + 1e-6) + 1) * self.fps / fps
         hips = CubicSpline(captured, self.hips)(wanted)
@@ -60,8 +63,12 @@ class Clip:
 
     def mirrored(self) -> "Clip":
         """Left and right exchanged."""
-        return replace(self, hips=self.hips * MIRROR_POSITION,
-                       rotations=self.rotations[:, MIRROR] * MIRROR_QUATERNION, name=self.name + "-mirrored")
+        return replace(
+            self,
+            hips=self.hips * MIRROR_POSITION,
+            rotations=self.rotations[:, MIRROR] * MIRROR_QUATERNION,
+            name=self.name + "-mirrored",
+        )
 
     def grounded(self) -> "Clip":
         """Moved vertically so that the planted toes stand at TOE_HEIGHT above a floor at 0."""
@@ -70,7 +77,8 @@ class Clip:
 
 @dataclass(frozen=True)
 class RootFrame:
-    """The character's own ground frame: positions (frames, 3) on the floor in metres, facing (frames,) yaw in radians."""
+    """The character's own ground frame: positions (frames, 3) on the floor in metres, facing (frames,) yaw in
+    radians."""
 
     positions: np.ndarray
     facing: np.ndarray
@@ -81,7 +89,8 @@ class RootFrame:
 
 
 def floor_height(positions: np.ndarray, fps: float = FPS) -> float:
-    """The floor under a clip, from joint positions (frames, 21, 3): where the lowest joint of the feet is while it stands still.
+    """The floor under a clip, from joint positions (frames, 21, 3): where the lowest joint of the feet is while it
+    stands still.
 
     The middle of those heights, not the lowest: real toes and markers dip under the floor as a foot rolls off."""
     feet = positions[:, CONTACT_JOINTS]
@@ -95,7 +104,9 @@ def floor_height(positions: np.ndarray, fps: float = FPS) -> float:
 
 
 def facing_of(positions: np.ndarray) -> np.ndarray:
-    """Yaw (frames,) square to the hips and shoulders (Holden et al. 2016), from joint positions (frames, 21, 3), unsmoothed."""
+    """Yaw (frames,) square to the hips and shoulders (Holden et al. 2016), from joint positions (frames, 21, 3),
+    unsmoothed."""
+
     def across(left: str, right: str) -> np.ndarray:
         return rot.normalize((positions[..., INDEX[left], :] - positions[..., INDEX[right], :]) * FLOOR)
 
@@ -104,16 +115,21 @@ def facing_of(positions: np.ndarray) -> np.ndarray:
 
 
 def root_frame(positions: np.ndarray, fps: float = FPS) -> RootFrame:
-    """The root frame of joint positions (frames, 21, 3): hips on the floor and facing, both smoothed over ROOT_SMOOTHING."""
+    """The root frame of joint positions (frames, 21, 3): hips on the floor and facing, both smoothed over
+    ROOT_SMOOTHING."""
     sigma = ROOT_SMOOTHING * fps
     ground = positions[:, 0] * FLOOR
     return RootFrame(_smooth(ground, sigma), _smooth(np.unwrap(facing_of(positions)), sigma))
 
 
 def _smooth(values: np.ndarray, sigma: float) -> np.ndarray:
-    """Gaussian smoothing along frames; the ends are continued by point reflection, so a straight walk stays straight."""
+    """Gaussian smoothing along frames; the ends are continued by point reflection, so a straight walk stays
+    straight."""
     from scipy.ndimage import gaussian_filter1d
+
     pad = min(len(values) - 1, int(4 * sigma))
     before = 2 * values[:1] - values[pad:0:-1]
-    after = 2 * values[-1:] - values[-2:-pad - 2:-1]
-    return gaussian_filter1d(np.concatenate([before, values, after]), sigma, axis=0, mode="nearest")[pad:pad + len(values)]
+    after = 2 * values[-1:] - values[-2 : -pad - 2 : -1]
+    return gaussian_filter1d(np.concatenate([before, values, after]), sigma, axis=0, mode="nearest")[
+        pad : pad + len(values)
+    ]

@@ -7,10 +7,11 @@ from sim.body.skeleton import ANKLE_HEIGHT, CONTACT_JOINTS, TOE_HEIGHT
 from sim.math.vectors import FLOOR
 from sim.motion.clip import Clip
 
-# Metres over the height that ankle and toe have while the foot is flat: a heel that has risen more has let go of the floor.
+# Metres over the height that ankle and toe have while the foot is flat: a heel that has risen more has let go of the
+# floor.
 HEIGHT_ALLOWANCE = np.array([0.025, 0.03] * 2)
-# A planted joint moves slower than so many metres a second and this share of the body's speed: captured toes push off while
-# they creep, 0.02 to 0.07 m/s walking and up to 0.8 running.
+# A planted joint moves slower than so many metres a second and this share of the body's speed: captured toes push off
+# while they creep, 0.02 to 0.07 m/s walking and up to 0.8 running.
 SLOW, SLOW_SHARE = 0.35, 0.25
 SMOOTHING = 0.05  # seconds, for feet
 BODY_SMOOTHING = 0.3  # seconds, for the hips

@@ -14,7 +14,8 @@ SPAN = (WINDOW - 1) * STRIDE + 1  # frames: 31, the current one included
 
 
 class RingBuffer:
-    """Poses go in, the feature window (WINDOW, 21, 15) that ends with the newest comes out; a crowd's with its leading axis.
+    """Poses go in, the feature window (WINDOW, 21, 15) that ends with the newest comes out; a crowd's with its leading
+    axis.
 
     Until half a second has passed, the first pose stands in for its own past."""
 
@@ -23,8 +24,8 @@ class RingBuffer:
         self._features: deque[np.ndarray] = deque(maxlen=SPAN)
 
     def push(self, pose: Pose, pace: Pace = OWN_PACE) -> None:
-        """Adds the newest pose, made at a pace: velocities are told in the controller's own time, as if it had gone at its
-        own."""
+        """Adds the newest pose, made at a pace: velocities are told in the controller's own time, as if it had gone at
+        its own."""
         self._poses.append(pose)
         while len(self._poses) <= STRIDE:
             self._poses.append(pose)

@@ -1,8 +1,8 @@
 """Motion features of Motion Puzzle (Jang et al. 2022, Sec. 3): 15 numbers a joint, built and read in this one place.
 
-Per joint, in the character's own ground frame: position 3, rotation 6 (forward and up axes), velocity 3 (the root's taken out),
-root velocity x, root velocity z, root turn rate. Velocities are metres (radians) a second and look back over `STRIDE` frames.
-"""
+Per joint, in the character's own ground frame: position 3, rotation 6 (forward and up axes), velocity 3 (the root's
+taken out), root velocity x, root velocity z, root turn rate. Velocities are metres (radians) a second and look back
+over `STRIDE` frames."""
 
 from typing import NamedTuple
 
@@ -20,15 +20,17 @@ WINDOW = 16  # samples: i - 30, i - 28 .. i, the last half second
 LAYOUT_VERSION = "patchwalk-features-1"  # kept in weight files
 
 
-def features_from(positions: np.ndarray, rotations: np.ndarray, root_positions: np.ndarray,
-                  root_facing: np.ndarray) -> np.ndarray:
+def features_from(
+    positions: np.ndarray, rotations: np.ndarray, root_positions: np.ndarray, root_facing: np.ndarray
+) -> np.ndarray:
     """Features (frames, 21, 15) of consecutive frames.
 
-    positions (frames + STRIDE, 21, 3), rotations (frames + STRIDE, 21, 4) global, root_positions (.., 3), root_facing (..,):
-    the first STRIDE frames serve the velocities only.
-    """
+    positions (frames + STRIDE, 21, 3), rotations (frames + STRIDE, 21, 4) global, root_positions (.., 3), root_facing
+    (..,): the first STRIDE frames serve the velocities only."""
     whole = Body(positions, rotations, root_positions, root_facing)
-    return features_between(*(Body(*(field[part] for field in whole)) for part in (slice(STRIDE, None), slice(None, -STRIDE))))
+    return features_between(
+        *(Body(*(field[part] for field in whole)) for part in (slice(STRIDE, None), slice(None, -STRIDE)))
+    )
 
 
 class Body(NamedTuple):
@@ -55,7 +57,8 @@ def features_between(now: Pose | Body, before: Pose | Body) -> np.ndarray:
     result = np.empty((*now.rotations.shape[:-1], FEATURES))
     result[..., :12] = turned.reshape(*now.rotations.shape[:-1], 12)
     result[..., 12:14] = (root_velocity @ to_character)[..., ::2]
-    result[..., 14] = np.asarray(rot.wrap_angle(now.root_facing - before.root_facing) * rate)[..., None]  # may be a plain number
+    # may be a plain number
+    result[..., 14] = np.asarray(rot.wrap_angle(now.root_facing - before.root_facing) * rate)[..., None]
     return result
 
 
@@ -63,8 +66,10 @@ def clip_features(clip: Clip) -> np.ndarray:
     """Features (frames, 21, 15) of a 60 Hz clip; the first frames borrow the velocity of the first that has one."""
     positions, rotations = clip.positions(), clip.global_rotations()
     root = root_frame(positions, clip.fps)
-    led = (np.concatenate([values[:1].repeat(STRIDE, axis=0), values])
-           for values in (positions, rotations, root.positions, root.facing))
+    led = (
+        np.concatenate([values[:1].repeat(STRIDE, axis=0), values])
+        for values in (positions, rotations, root.positions, root.facing)
+    )
     result = features_from(*led)
     velocities = slice(LAYOUT["velocity"].start, None)
     result[:STRIDE, :, velocities] = result[STRIDE, :, velocities]

@@ -23,7 +23,8 @@ MOVEMENTS = ("stand", "walk", "run", "back", "strafe left", "strafe right", "tur
 
 
 def stride_phase(features: np.ndarray) -> np.ndarray | None:
-    """Unwrapped stride phase (frames,) in radians of features (frames, 21, 15) at 60 Hz; None for a motion of less than a stride.
+    """Unwrapped stride phase (frames,) in radians of features (frames, 21, 15) at 60 Hz; None for a motion of less than
+    a stride.
 
     A stride begins where the left ankle passes the right one, forwards along the way that the root goes."""
     velocity = features[:, 0, LAYOUT["root"]][:, :2].mean(axis=0)
@@ -74,8 +75,8 @@ def airborne_share(features: np.ndarray) -> float:
 def movement_of(root_velocity: np.ndarray, airborne: float = 0.0, strides: float = 0.0) -> str:
     """Which of MOVEMENTS a stretch of motion is.
 
-    root_velocity: its mean (3,), sideways and forwards in metres a second and turn rate in radians a second; airborne: the share
-    of its frames in which both feet are off the floor; strides: a second, where that is known."""
+    root_velocity: its mean (3,), sideways and forwards in metres a second and turn rate in radians a second; airborne:
+    the share of its frames in which both feet are off the floor; strides: a second, where that is known."""
     side, forward, turn = root_velocity
     if abs(turn) > TURN_RATE:
         return "turn left" if turn > 0 else "turn right"
@@ -90,14 +91,14 @@ def movement_of(root_velocity: np.ndarray, airborne: float = 0.0, strides: float
 
 
 def fit_cycle(signal: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    """What of a signal (frames, ...) repeats with the stride phase (frames,): Fourier coefficients (1 + 2 HARMONICS, ...), the
-    mean first, by least squares. Harmonics that a short motion cannot tell are 0."""
+    """What of a signal (frames, ...) repeats with the stride phase (frames,): Fourier coefficients (1 + 2 HARMONICS,
+    ...), the mean first, by least squares. Harmonics that a short motion cannot tell are 0."""
     strides = (phase[-1] - phase[0]) / (2 * np.pi)
     harmonics = HARMONICS if strides >= SURE_STRIDES else FEW_HARMONICS
     flat = signal.reshape(len(signal), -1)
     found = np.linalg.lstsq(_basis(phase, harmonics), flat, rcond=None)[0]
     result = np.zeros((1 + 2 * HARMONICS, flat.shape[1]))
-    result[:len(found)] = found
+    result[: len(found)] = found
     return result.reshape(-1, *signal.shape[1:])
 
 

@@ -41,11 +41,17 @@ def jerk(positions: np.ndarray, root_positions: np.ndarray, fps: float = FPS) ->
 
 def pose_and_velocity(features: np.ndarray) -> np.ndarray:
     """What the Frechet distance compares (frames, 129), in metres: root-relative joint positions, joint velocities, and
-    the root's velocity and turn (times VELOCITY_SECONDS), from motion features (frames, 21, 15) of sim.motion.features."""
+    the root's velocity and turn (times VELOCITY_SECONDS), from motion features (frames, 21, 15) of
+    sim.motion.features."""
     frames = len(features)
-    return np.concatenate([features[..., LAYOUT["position"]].reshape(frames, -1),
-                           features[..., LAYOUT["velocity"]].reshape(frames, -1) * VELOCITY_SECONDS,
-                           features[:, 0, LAYOUT["root"]] * VELOCITY_SECONDS], axis=1)
+    return np.concatenate(
+        [
+            features[..., LAYOUT["position"]].reshape(frames, -1),
+            features[..., LAYOUT["velocity"]].reshape(frames, -1) * VELOCITY_SECONDS,
+            features[:, 0, LAYOUT["root"]] * VELOCITY_SECONDS,
+        ],
+        axis=1,
+    )
 
 
 def frechet_distance(a: np.ndarray, b: np.ndarray) -> float:

@@ -1,4 +1,5 @@
-"""The pace of styled legs: how fast the controller is to go, at which playback rate, and how far a stride carries the body."""
+"""The pace of styled legs: how fast the controller is to go, at which playback rate, and how far a stride carries the
+body."""
 
 from typing import NamedTuple
 
@@ -13,8 +14,8 @@ HALFLIFE = 0.25  # seconds in which half of the way to another pace is gone
 class Pace(NamedTuple):
     """Numbers, or arrays (...) of a crowd.
 
-    speed: what the stick's velocity is multiplied by; rate: the controller's playback rate, 1.2 for steps that are a fifth
-    quicker; stride: what the root's step is multiplied by, so that it goes as far as the styled legs carry it."""
+    speed: what the stick's velocity is multiplied by; rate: the controller's playback rate, 1.2 for steps that are a
+    fifth quicker; stride: what the root's step is multiplied by, so that it goes as far as the styled legs carry it."""
 
     speed: np.ndarray | float = 1.0
     rate: np.ndarray | float = 1.0
@@ -39,6 +40,7 @@ class PaceFollower:
         """One frame towards them."""
         wanted = np.stack(np.broadcast_arrays(speed, rate), axis=-1)
         self.pace, self.change = spring_step(self.pace, self.change, wanted, HALFLIFE, 1 / FPS)
-        if np.abs(self.pace - wanted).max() < 1e-6:  # exactly there: a replay without styles is the controller's to the last bit
+        # exactly there: a replay without styles is the controller's to the last bit
+        if np.abs(self.pace - wanted).max() < 1e-6:
             self.pace, self.change = wanted + 0.0, 0.0 * self.change
         return self.pace[..., 0], self.pace[..., 1]

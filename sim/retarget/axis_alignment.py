@@ -19,7 +19,9 @@ ALIKE, OPPOSITE = np.cos(np.radians((80.0, 135.0)))  # a neck and a head, an upp
 TORSO = ("Hips", "Spine", "Chest", "Neck", "Head")
 # Upper joint, lower joint, end, and the hinge: the axis about which the limb bends, in our T-pose.
 LIMBS = [(side + "UpLeg", side + "Leg", side + "Foot", LEFT) for side in SIDES] + [
-    ("LeftArm", "LeftForeArm", "LeftHand", -UP), ("RightArm", "RightForeArm", "RightHand", UP)]
+    ("LeftArm", "LeftForeArm", "LeftHand", -UP),
+    ("RightArm", "RightForeArm", "RightHand", UP),
+]
 
 FIXED_AXIS = 0.98  # the mean axis about which a limb bends is so long, next to 1, if it is a hinge
 LEAST_STRETCH = 0.1  # the range of a bend (a sine) that tells a hinge from an arm held still
@@ -130,7 +132,9 @@ def _from_bones(body: SourceBody) -> dict[str, np.ndarray]:
     for limb in LIMBS:
         upper, lower, *_ = limb
         along = rot.normalize(body.at(lower) - body.at(upper))
-        constants |= _limb_from_bones(body, *limb, hips_left if upper.endswith("UpLeg") else rot.cross(along, chest_forward))
+        constants |= _limb_from_bones(
+            body, *limb, hips_left if upper.endswith("UpLeg") else rot.cross(along, chest_forward)
+        )
     for side in SIDES:  # feet: the knee's hinge goes across them; a toe's axes are like its foot's
         foot, toe = side + "Foot", side + "Toe"
         if body.has(toe):
@@ -146,9 +150,11 @@ def _in_world(body: SourceBody, constants: dict[str, np.ndarray], name: str, axi
     return rot.rotate(rot.multiply(body.rotations[:, body.index[name]], constants[name]), axis)
 
 
-def _limb_from_bones(body: SourceBody, upper: str, lower: str, end: str, hinge: np.ndarray,
-                     likely: np.ndarray) -> dict[str, np.ndarray]:
-    """The constants of one of LIMBS; likely (F, 3) is the world axis about which such a limb bends if it bends at all."""
+def _limb_from_bones(
+    body: SourceBody, upper: str, lower: str, end: str, hinge: np.ndarray, likely: np.ndarray
+) -> dict[str, np.ndarray]:
+    """The constants of one of LIMBS; likely (F, 3) is the world axis about which such a limb bends if it bends at
+    all."""
     bend = body.bend(upper, lower, end)
     amount = np.linalg.norm(bend, axis=-1, keepdims=True)
     if np.ptp(np.percentile(amount, (5, 95))) < LEAST_STRETCH or not _is_hinge(body, upper, bend):
@@ -185,8 +191,9 @@ def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
         constants[name] = align(UP, LEFT, up, left)
 
     if body.has("Neck"):
-        neck, head = (rot.multiply(body.rotations[body.sample, body.index[name]], constants[name])
-                      for name in ("Neck", "Head"))
+        neck, head = (
+            rot.multiply(body.rotations[body.sample, body.index[name]], constants[name]) for name in ("Neck", "Head")
+        )
         seen = rot.rotate(rot.inverse(neck), rot.rotate(head, UP)).mean(axis=0)
         if np.arctan2(seen[2], seen[1]) > HEAD_LEANS:
             constants["Head"] = rot.multiply(constants["Head"], rot.from_axis_angle(LEFT, -HEAD_TILT))

@@ -14,20 +14,80 @@ OPTIONAL = {"Spine", "Neck", "LeftShoulder", "RightShoulder", "LeftToe", "RightT
 _OURS = ("Hips", "Chest", "Spine", "Neck", "Head", "UpLeg", "Leg", "Foot", "Toe", "Shoulder", "Arm", "ForeArm", "Hand")
 _FAMILIES = {
     "CMU, ACCAD, SNU, Mixamo, LaFAN1, HumanIK, Rokoko": (
-        "hips", "spine4 spine3 spine2 spine1 chest", "spine spine1", "neck1 neck", "head",
-        "upleg thigh", "leg shin", "foot", "toebase toe toes", "shoulder shoulder1", "arm", "forearm", "hand"),
+        "hips",
+        "spine4 spine3 spine2 spine1 chest",
+        "spine spine1",
+        "neck1 neck",
+        "head",
+        "upleg thigh",
+        "leg shin",
+        "foot",
+        "toebase toe toes",
+        "shoulder shoulder1",
+        "arm",
+        "forearm",
+        "hand",
+    ),
     "100STYLE, Xsens": (
-        "hips", "chest4 chest3 chest2 chest", "chest2 chest spine", "neck", "head",
-        "hip", "knee", "ankle", "toe toes", "collar", "shoulder", "elbow", "wrist"),
+        "hips",
+        "chest4 chest3 chest2 chest",
+        "chest2 chest spine",
+        "neck",
+        "head",
+        "hip",
+        "knee",
+        "ankle",
+        "toe toes",
+        "collar",
+        "shoulder",
+        "elbow",
+        "wrist",
+    ),
     "Bandai-Namco, Unity": (
-        "hips", "upperchest chest", "spine chest", "neck", "head",
-        "upperleg", "lowerleg", "foot", "toes toe", "shoulder", "upperarm", "lowerarm", "hand"),
+        "hips",
+        "upperchest chest",
+        "spine chest",
+        "neck",
+        "head",
+        "upperleg",
+        "lowerleg",
+        "foot",
+        "toes toe",
+        "shoulder",
+        "upperarm",
+        "lowerarm",
+        "hand",
+    ),
     "SMPL": (
-        "pelvis hips", "spine3", "spine1", "neck", "head",
-        "hip", "knee", "ankle", "foot toe", "collar", "shoulder", "elbow", "wrist hand"),
+        "pelvis hips",
+        "spine3",
+        "spine1",
+        "neck",
+        "head",
+        "hip",
+        "knee",
+        "ankle",
+        "foot toe",
+        "collar",
+        "shoulder",
+        "elbow",
+        "wrist hand",
+    ),
     "3ds Max Biped, Unreal": (
-        "pelvis", "spine05 spine03 spine3 spine2 spine1", "spine spine01 spine1", "neck neck01", "head",
-        "thigh", "calf", "foot", "toe0 toe ball", "clavicle", "upperarm", "forearm lowerarm", "hand"),
+        "pelvis",
+        "spine05 spine03 spine3 spine2 spine1",
+        "spine spine01 spine1",
+        "neck neck01",
+        "head",
+        "thigh",
+        "calf",
+        "foot",
+        "toe0 toe ball",
+        "clavicle",
+        "upperarm",
+        "forearm lowerarm",
+        "hand",
+    ),
 }
 _SIDE_WORDS = (("left", "right"), ("l", "r"))  # before the name or after it
 _PREFIX = re.compile(r"^(.*[:|])?(mixamorig\d*|bip\d+|character\d*|[mf]avg)?")
@@ -45,7 +105,8 @@ def detect(names: list[str]) -> dict[str, str]:
     if missing:
         raise ValueError(
             f"this skeleton is not known: no joint found for {', '.join(missing)} among {', '.join(names)}; "
-            'say which is which in a JSON file {"Hips": "their name", ...} given with --map FILE')
+            'say which is which in a JSON file {"Hips": "their name", ...} given with --map FILE'
+        )
     return best
 
 
@@ -59,8 +120,9 @@ def load(path: str | Path) -> dict[str, str]:
         raise ValueError(f'{path} must hold one JSON object of names, {{"Hips": "their name", ...}}')
     unknown = [ours for ours in name_map if ours not in INDEX]
     if unknown:
-        raise ValueError(f"{path} maps joints that Patchwalk does not have, {', '.join(unknown)}: "
-                         f"use {', '.join(JOINTS)}")
+        raise ValueError(
+            f"{path} maps joints that Patchwalk does not have, {', '.join(unknown)}: use {', '.join(JOINTS)}"
+        )
     missing = [joint for joint in JOINTS if joint not in name_map and joint not in OPTIONAL]
     if missing:
         raise ValueError(f"{path} leaves out {', '.join(missing)}, which cannot be done without")

@@ -1,8 +1,8 @@
 """Retargeting: any humanoid motion onto our 21-joint skeleton, by global rotations.
 
-Each of our joints turns as one joint of the source does: our global rotation = theirs x a constant, so joints that we do not have
-fold in by themselves. sim/retarget/source_skeleton.py reads the source, sim/retarget/axis_alignment.py finds the constants.
-Everything is scaled by leg length, so a file's length unit never matters."""
+Each of our joints turns as one joint of the source does: our global rotation = theirs x a constant, so joints that we
+do not have fold in by themselves. sim/retarget/source_skeleton.py reads the source, sim/retarget/axis_alignment.py
+finds the constants. Everything is scaled by leg length, so a file's length unit never matters."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +29,8 @@ def load_clip(path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
 
 
 def clip_of(motion: bvh.Motion, path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
-    """What `load_clip` makes of the motion that a file holds. Raises ValueError, naming the file, if it cannot be mapped."""
+    """What `load_clip` makes of the motion that a file holds. Raises ValueError, naming the file, if it cannot be
+    mapped."""
     try:
         clip = retarget(motion, name_map)
     except ValueError as error:
@@ -43,8 +44,11 @@ def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None) -> Clip
     constants = alignment(body)
     rotations = np.empty((len(motion), JOINT_COUNT, 4))
     for joint, name in enumerate(JOINTS):
-        rotations[:, joint] = (rot.multiply(body.rotations[:, body.index[name]], constants[name]) if name in body.index
-                               else rotations[:, PARENTS[joint]])  # what they lack keeps its parent's direction
+        rotations[:, joint] = (
+            rot.multiply(body.rotations[:, body.index[name]], constants[name])
+            if name in body.index
+            else rotations[:, PARENTS[joint]]
+        )  # what they lack keeps its parent's direction
 
     # The legs carry the body: what is scaled, by leg length, is the point between the hip joints, so that strides fit.
     hips = body.between_hips() * (LEG_LENGTH / body.leg_length()) - rot.rotate(rotations[:, 0], BETWEEN_HIPS)

@@ -26,7 +26,8 @@ REACH = 0.9999  # share of a leg's length that is used
 def retarget_back(motion: Motion, content: Clip, styled: Clip, name_map: dict[str, str] | None = None) -> Motion:
     """`motion` as restyled: content and styled are its clip on our skeleton before and after, at any frame rate.
 
-    Hips and feet move as far as ours do, by leg length, whatever the proportions. Raises ValueError for an unknown skeleton."""
+    Hips and feet move as far as ours do, by leg length, whatever the proportions. Raises ValueError for an unknown
+    skeleton."""
     body = SourceBody(motion, name_maps.detect(motion.names) if name_map is None else name_map)
     turns = rot.multiply(styled.global_rotations(), rot.inverse(content.global_rotations()))
     turns = rot.normalize(_at_their_rate(rot.continuous(turns), content.fps, motion))
@@ -80,18 +81,23 @@ def _chained(body: SourceBody, rotations: np.ndarray, hips_shift: np.ndarray) ->
     positions, carrier = body.positions.copy(), _carrier(body)
     for joint, parent in enumerate(body.motion.parents):
         if parent >= 0 and joint != carrier:
-            positions[:, joint] = positions[:, parent] + rot.rotate(rotations[:, parent], body.motion.positions[:, joint])
+            positions[:, joint] = positions[:, parent] + rot.rotate(
+                rotations[:, parent], body.motion.positions[:, joint]
+            )
         if joint == carrier:
             positions[:, joint] += hips_shift
     return positions
 
 
-def _foot_down(body: SourceBody, owners: list, rotations: np.ndarray, positions: np.ndarray, side: str,
-               shift: np.ndarray) -> None:
+def _foot_down(
+    body: SourceBody, owners: list, rotations: np.ndarray, positions: np.ndarray, side: str, shift: np.ndarray
+) -> None:
     """Turns a leg in `rotations` so that its ankle is where the content's was, shifted by (F, 3)."""
     hip, knee, ankle = (positions[:, body.index[side + name]] for name in ("UpLeg", "Leg", "Foot"))
     forward = rot.normalize(rot.cross(body.at("LeftUpLeg") - body.at("RightUpLeg"), UP))
-    for name, turn in zip(("UpLeg", "Leg"), two_bone_ik(hip, knee, ankle, body.at(side + "Foot") + shift, forward, REACH)):
+    for name, turn in zip(
+        ("UpLeg", "Leg"), two_bone_ik(hip, knee, ankle, body.at(side + "Foot") + shift, forward, REACH)
+    ):
         for joint, owner in enumerate(owners):
             if owner == side + name:
                 rotations[:, joint] = rot.multiply(turn, rotations[:, joint])

@@ -27,7 +27,10 @@ class SourceBody:
         self.turn = rot.IDENTITY  # from the file's axes to ours
         if self._stands_along_z():
             self.turn = rot.from_axis_angle(LEFT, -np.pi / 2)
-            self.positions, self.rotations = rot.rotate(self.turn, self.positions), rot.multiply(self.turn, self.rotations)
+            self.positions, self.rotations = (
+                rot.rotate(self.turn, self.positions),
+                rot.multiply(self.turn, self.rotations),
+            )
         self.sample = np.unique(np.linspace(0, len(motion) - 1, SAMPLES).astype(int))
         self.rest = self._rest()
 
@@ -60,8 +63,11 @@ class SourceBody:
 
     def leg_length(self) -> float:
         """Thigh and shin, the mean of both sides, in the file's unit. Raises ValueError where they have no length."""
-        length = sum(np.linalg.norm(self.at(side + a) - self.at(side + b), axis=-1).mean() / 2
-                     for side in SIDES for a, b in (("UpLeg", "Leg"), ("Leg", "Foot")))
+        length = sum(
+            np.linalg.norm(self.at(side + a) - self.at(side + b), axis=-1).mean() / 2
+            for side in SIDES
+            for a, b in (("UpLeg", "Leg"), ("Leg", "Foot"))
+        )
         if not length > 0:
             raise ValueError("the legs have no length: hips, knees and ankles are all in one place")
         return float(length)

@@ -58,8 +58,11 @@ def pack(data_dir: Path, out_dir: Path) -> "MotionData":
     files = sorted(Path(data_dir).rglob("*.bvh"))
     if not files:
         raise ValueError(f"no .bvh files under {data_dir}: give a folder of BVH motion with --data")
-    source = {"features": LAYOUT_VERSION, "skeleton": skeleton_hash(),
-              "files": zlib.crc32("\n".join(f"{f} {f.stat().st_size}" for f in files).encode())}
+    source = {
+        "features": LAYOUT_VERSION,
+        "skeleton": skeleton_hash(),
+        "files": zlib.crc32("\n".join(f"{f} {f.stat().st_size}" for f in files).encode()),
+    }
     index = Path(out_dir) / "clips.json"
     if index.exists() and json.loads(index.read_text())["source"] == source:
         return MotionData.open(out_dir)
@@ -107,7 +110,9 @@ class MotionData:
         """Maps a finished pack into memory."""
         index = json.loads((Path(folder) / "clips.json").read_text())
         motion = np.memmap(Path(folder) / "motion.f16", np.float16, "r").reshape(-1, JOINT_COUNT, FEATURES)
-        return cls(motion, [PackedClip(**clip) for clip in index["clips"] if clip["frames"] >= SHORTEST], index["skipped"])
+        return cls(
+            motion, [PackedClip(**clip) for clip in index["clips"] if clip["frames"] >= SHORTEST], index["skipped"]
+        )
 
     def split(self, held_out: bool) -> "MotionData":
         """The clips for training, or the held-out ones; a set too small to split serves as both."""
@@ -123,24 +128,33 @@ class MotionData:
 
     def features(self, clip: PackedClip) -> np.ndarray:
         """(frames, 21, 15) of one clip."""
-        return np.asarray(self.motion[clip.start:clip.start + clip.frames], dtype=np.float32)
+        return np.asarray(self.motion[clip.start : clip.start + clip.frames], dtype=np.float32)
 
     def weights(self) -> tuple[np.ndarray, np.ndarray]:
         """How often each clip is drawn as source and as target, gestures and idling less than locomotion.
 
-        Both: half of the time labels by the square root of their length, so that rare ones are seen. Otherwise sources are
-        folders by the square root of theirs, so that small archives count; and targets all manners alike."""
+        Both: half of the time labels by the square root of their length, so that rare ones are seen. Otherwise sources
+        are folders by the square root of theirs, so that small archives count; and targets all manners alike."""
         by_label = self._shares(lambda clip: clip.label)
         by_folder = self._shares(lambda clip: clip.name.split("/")[0])
-        by_manner = self._shares(lambda clip: clip.manner, alike=True) if any(clip.manner for clip in self.clips) else by_label
+        by_manner = (
+            self._shares(lambda clip: clip.manner, alike=True) if any(clip.manner for clip in self.clips) else by_label
+        )
         return (by_label + by_folder) / 2, (by_label + by_manner) / 2
 
     def _shares(self, group_of: Callable[[PackedClip], str | None], alike: bool = False) -> np.ndarray:
-        """Shares of 1: groups by the square root of their length, or all alike; clips within a group by their length, gestures
-        and idling less. A clip of no group has none."""
+        """Shares of 1: groups by the square root of their length, or all alike; clips within a group by their length,
+        gestures and idling less. A clip of no group has none."""
         groups, frames = [group_of(clip) for clip in self.clips], Counter()
         for group, clip in zip(groups, self.clips):
             frames[group] += clip.frames
-        shares = np.array([clip.frames / frames[group] ** (1.0 if alike else 0.5) * (1.0 if clip.speed > MOVING else STILL_SHARE)
-                           * (group is not None) for group, clip in zip(groups, self.clips)])
+        shares = np.array(
+            [
+                clip.frames
+                / frames[group] ** (1.0 if alike else 0.5)
+                * (1.0 if clip.speed > MOVING else STILL_SHARE)
+                * (group is not None)
+                for group, clip in zip(groups, self.clips)
+            ]
+        )
         return shares / shares.sum()

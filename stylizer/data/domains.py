@@ -21,8 +21,8 @@ POSTURE_WINDOWS = 32  # from which a domain's mean posture is told
 
 
 def label_of(name: str) -> str | None:
-    """The domain of a clip of that name (its path without an ending): `old 1` for Bandai-Namco's old of set 1, None where the
-    name tells none."""
+    """The domain of a clip of that name (its path without an ending): `old 1` for Bandai-Namco's old of set 1, None
+    where the name tells none."""
     folder, _, stem = name.rpartition("/")
     if found := labelled.labels(stem):
         return found[1]
@@ -33,8 +33,10 @@ def labels_of(data: MotionData) -> tuple[str, ...]:
     """The domains of a pack, alphabetically. Raises ValueError where there are fewer than two."""
     labels = sorted({label for clip in data.clips if (label := label_of(clip.name))})
     if len(labels) < 2:
-        raise ValueError("this stylizer learns from style labels, which file names such as dataset-1_walk_old_001.bvh tell, and "
-                         f"there are {len(labels)}: unpack bandai-namco into the data folder")
+        raise ValueError(
+            "this stylizer learns from style labels, which file names such as dataset-1_walk_old_001.bvh tell, and "
+            f"there are {len(labels)}: unpack bandai-namco into the data folder"
+        )
     return tuple(labels)
 
 
@@ -42,9 +44,9 @@ def labels_of(data: MotionData) -> tuple[str, ...]:
 class Labelled:
     """Windows of motion with their domains (B,), and random numbers (B, NOISE) that the losses use in turn.
 
-    The windows are arrays (B, T, 21, 15), or, normalized for a network by `as_inputs`, tensors (21, B, T, 15). sibling is
-    another window of source's clip, kin a window of another clip of source's domain; target is of any domain, target_kin a
-    window of another clip of that one; any is of any clip, labelled or not."""
+    The windows are arrays (B, T, 21, 15), or, normalized for a network by `as_inputs`, tensors (21, B, T, 15). sibling
+    is another window of source's clip, kin a window of another clip of source's domain; target is of any domain,
+    target_kin a window of another clip of that one; any is of any clip, labelled or not."""
 
     source: np.ndarray | Tensor
     sibling: np.ndarray | Tensor

@@ -28,8 +28,8 @@ def gait_signal(features: np.ndarray) -> np.ndarray:
 def best_match(content: np.ndarray, style: np.ndarray) -> tuple[int, float, float]:
     """Where in a style's gait signal (frames, 4) the last LAGS of a content's (lags, 4) happen best.
 
-    Returns the frame, the pace at which the style clip has to be played, and the squared difference; a style too short for
-    any pace gives a difference of infinity."""
+    Returns the frame, the pace at which the style clip has to be played, and the squared difference; a style too short
+    for any pace gives a difference of infinity."""
     best = (0, 1.0, np.inf)
     for pace in PACES:
         lags = np.round(LAGS * pace).astype(int)

@@ -13,7 +13,8 @@ from stylizer.data.gait_matching import LAGS, OTHER_FOOT, best_match, closeness,
 CROPPING = 0.2  # share of the source windows that are played slower or faster (temporal random cropping, Sec. 3.1)
 PACES = (0.6, 1.6)  # between which they are
 ELSEWHERE = 0.5  # share of the sources whose own style is read from another place of their clip
-ELSEWHERE_STILL = 0.5  # of those, share that is read from another clip of the same manner, as the controller's own style is
+# of those, share that is read from another clip of the same manner, as the controller's own style is
+ELSEWHERE_STILL = 0.5
 SAME_WAY = 0.15  # m/s and rad/s, added up: clips whose mean ways differ by no more are takes of one action
 LIKE_SPEEDS = 0.5  # share of the targets that move about as fast as their source; the others teach by their exemplars
 
@@ -30,10 +31,10 @@ def mirrored(features: np.ndarray) -> np.ndarray:
 class Batch:
     """Windows (B, samples, 21, 15) of two clips, source and target.
 
-    source ends with the content window; later is that window LATER frames on; own is the source's own style, seen in the
-    source itself, elsewhere in its clip or in another clip of its manner; target is the style to take; exemplar is the same
-    style on the source's way (see `Sampler.exemplar`); match is where the exemplar's clip does what the content window does,
-    match_later what later does; closeness says how much these are worth."""
+    source ends with the content window; later is that window LATER frames on; own is the source's own style, seen in
+    the source itself, elsewhere in its clip or in another clip of its manner; target is the style to take; exemplar is
+    the same style on the source's way (see `Sampler.exemplar`); match is where the exemplar's clip does what the
+    content window does, match_later what later does; closeness says how much these are worth."""
 
     source: np.ndarray  # (B, STYLE_WINDOW, ...)
     own: np.ndarray  # (B, CLIP_WINDOW, ...)
@@ -74,10 +75,15 @@ class Sampler:
         end, later = float(self.random.uniform(CONTENT_SPAN * pace, source.frames - 1 - LATER * pace)), LATER * pace
         way = self._way(source) * pace * (MIRROR_SIGNS[LAYOUT["root"]] if flip_source != flip_target else 1.0)
         exemplar = self.exemplar(target, way)
-        windows = [self._window(source, end, STYLE_WINDOW, pace, flip_source), self._own(source, end, pace, flip_source),
-                   self._window(source, end + later, WINDOW, pace, flip_source),
-                   *(self._window(clip, self.random.uniform(0, clip.frames - 1), samples, 1.0, flip_target)
-                     for clip, samples in ((target, CLIP_WINDOW), (exemplar, STYLE_WINDOW)))]
+        windows = [
+            self._window(source, end, STYLE_WINDOW, pace, flip_source),
+            self._own(source, end, pace, flip_source),
+            self._window(source, end + later, WINDOW, pace, flip_source),
+            *(
+                self._window(clip, self.random.uniform(0, clip.frames - 1), samples, 1.0, flip_target)
+                for clip, samples in ((target, CLIP_WINDOW), (exemplar, STYLE_WINDOW))
+            ),
+        ]
         gait = self._gait(source, flip_source)[np.maximum(np.round(end - LAGS * pace), 0).astype(int)]
         match, match_pace, apart = best_match(gait, self._gait(exemplar, flip_target))
         later = LATER * match_pace
@@ -94,9 +100,9 @@ class Sampler:
         return self._window(source, end, CLIP_WINDOW, pace, flip)
 
     def exemplar(self, target: PackedClip, way: np.ndarray) -> PackedClip:
-        """A clip of the target's style whose mean way over the floor (see `_way`) is about `way`: how one who runs, backs or
-        turns looks in a style that the network is shown walking. The target itself where no label tells the style, and for one
-        who stands: labelled clips that stay in place are gestures."""
+        """A clip of the target's style whose mean way over the floor (see `_way`) is about `way`: how one who runs,
+        backs or turns looks in a style that the network is shown walking. The target itself where no label tells the
+        style, and for one who stands: labelled clips that stay in place are gestures."""
         if target.manner is None or np.hypot(*way[:2]) < MOVING:
             return target
         clips = self.alike[target.manner]
@@ -109,7 +115,7 @@ class Sampler:
     def _way(self, clip: PackedClip) -> np.ndarray:
         """(3,) mean velocity sideways and forward in m/s, and turn rate in rad/s."""
         if clip.name not in self.ways:
-            root = self.data.motion[clip.start:clip.start + clip.frames, 0, LAYOUT["root"]]
+            root = self.data.motion[clip.start : clip.start + clip.frames, 0, LAYOUT["root"]]
             self.ways[clip.name] = root.astype(np.float32).mean(axis=0)
         return self.ways[clip.name]
 
@@ -120,12 +126,13 @@ class Sampler:
 
     def _gait(self, clip: PackedClip, flip: bool) -> np.ndarray:
         if clip.name not in self.gaits:
-            self.gaits[clip.name] = gait_signal(self.data.motion[clip.start:clip.start + clip.frames])
+            self.gaits[clip.name] = gait_signal(self.data.motion[clip.start : clip.start + clip.frames])
         gait = self.gaits[clip.name]
         return gait[:, OTHER_FOOT] if flip else gait
 
     def _window(self, clip: PackedClip, end: float, samples: int, pace: float, flip: bool) -> np.ndarray:
-        """`samples` at 30 Hz that end at frame `end`, played `pace` times as fast; a clip too short for them is repeated."""
+        """`samples` at 30 Hz that end at frame `end`, played `pace` times as fast; a clip too short for them is
+        repeated."""
         frames = end - STRIDE * pace * np.arange(samples)[::-1]
         last = clip.frames - 1
         frames = np.where((frames < 0) | (frames > last), frames % last, frames)
@@ -133,7 +140,7 @@ class Sampler:
         between = (frames - whole).astype(np.float32)[:, None, None]
         before, after = (self.data.motion[clip.start + whole + i].astype(np.float32) for i in (0, 1))
         window = before + (after - before) * between
-        window[..., LAYOUT["velocity"].start:] *= pace
+        window[..., LAYOUT["velocity"].start :] *= pace
         return mirrored(window) if flip else window
 
 

@@ -1,7 +1,8 @@
-"""The labelled motion that transfer is judged on: locomotion of Bandai-Namco and SNU by content and style, in two fixed halves.
+"""The labelled motion that transfer is judged on: locomotion of Bandai-Namco and SNU by content and style, in two fixed
+halves.
 
-`classify` teaches the judges (stylizer.evaluation.classifier), `generate` holds the sources and the styles to judge (Sec.
-7.2.2)."""
+`classify` teaches the judges (stylizer.evaluation.classifier), `generate` holds the sources and the styles to judge
+(Sec. 7.2.2)."""
 
 import re
 import zlib
@@ -17,10 +18,17 @@ from sim.motion.clip import Clip
 from sim.motion.features import STRIDE, clip_features
 from sim.retarget.retarget import load_clip
 
-# Whose names tell what is in them: set (its performer's styles are told apart from those of another), content and style.
-NAMES = tuple(map(re.compile, (
-    r"dataset-(?P<set>\d)_(?P<content>[a-z-]+)_(?P<style>[a-z-]+)_\d+",
-    r"(?P<set>wd2)_(?P<content>Walk)(?P<style>Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong)\d+")))
+# Whose names tell what is in them: set (its performer's styles are told apart from those of another), content and
+# style.
+NAMES = tuple(
+    map(
+        re.compile,
+        (
+            r"dataset-(?P<set>\d)_(?P<content>[a-z-]+)_(?P<style>[a-z-]+)_\d+",
+            r"(?P<set>wd2)_(?P<content>Walk)(?P<style>Azuma|HandWav|Lean|SameSame|Soldier|Sukiko|TongTong)\d+",
+        ),
+    )
+)
 CONTENTS = ("walk", "run", "dash", "walk-back", "walk-left", "walk-right", "walk-turn-left", "walk-turn-right")
 MOST_TAKES = 4  # of one content in one style and half; set 2 has up to 50
 SHORTEST = 64  # frames: a take shorter than a window of the judges (SAMPLES at 30 Hz)
@@ -58,18 +66,23 @@ def load(data_dir: Path, tick: Callable[[], object] = lambda: None) -> Labelled:
     single long take is cut in two, a single short one serves `generate`. Raises ValueError where there is none."""
     groups = labelled_files(data_dir)
     if not groups:
-        raise ValueError(f"{data_dir} holds no labelled motion (dataset-1_walk_old_001.bvh ...): unpack bandai-namco there")
+        raise ValueError(
+            f"{data_dir} holds no labelled motion (dataset-1_walk_old_001.bvh ...): unpack bandai-namco there"
+        )
     result = Labelled([], [])
     for (content, style), files in groups.items():
         takes = []
-        for path in files[:2 * MOST_TAKES]:
+        for path in files[: 2 * MOST_TAKES]:
             clip = load_clip(path)
             tick()
             if len(clip) >= SHORTEST:
                 takes.append(Take(content, style, clip, path))
         if len(takes) == 1 and len(takes[0].clip) >= CUT_FROM:
             whole = takes[0].clip
-            takes = [Take(content, style, part, takes[0].path) for part in (whole[:len(whole) // 2], whole[len(whole) // 2:])]
+            takes = [
+                Take(content, style, part, takes[0].path)
+                for part in (whole[: len(whole) // 2], whole[len(whole) // 2 :])
+            ]
         result.generate += takes[::2]
         result.classify += takes[1::2]
     return result
@@ -81,11 +94,14 @@ def labelled_files(data_dir: Path) -> dict[tuple[str, str], list[Path]]:
     for path in sorted(Path(data_dir).rglob("*.bvh")):
         if (label := labels(path.stem)) and label[0] in CONTENTS:
             groups[label].append(path)
-    return {label: sorted(files, key=lambda path: zlib.crc32(path.stem.encode())) for label, files in sorted(groups.items())}
+    return {
+        label: sorted(files, key=lambda path: zlib.crc32(path.stem.encode())) for label, files in sorted(groups.items())
+    }
 
 
 def labels(name: str) -> tuple[str, str] | None:
-    """Content and style that the name of a file without its suffix tells, the style with its set; None for another name."""
+    """Content and style that the name of a file without its suffix tells, the style with its set; None for another
+    name."""
     found = next(filter(None, (pattern.fullmatch(name) for pattern in NAMES)), None)
     return found and (found["content"].lower(), f"{found['style'].lower()} {found['set']}")
 
@@ -98,4 +114,6 @@ def windows(features: np.ndarray, starts: Iterable[int]) -> np.ndarray:
 def draw(random: np.random.Generator, takes: Sequence[Take], label: str) -> list[int]:
     """Indices of takes, one for each value of `label` ("content" or "style"), in turn and at random within."""
     values = sorted({getattr(take, label) for take in takes})
-    return [int(random.choice([i for i, take in enumerate(takes) if getattr(take, label) == value])) for value in values]
+    return [
+        int(random.choice([i for i, take in enumerate(takes) if getattr(take, label) == value])) for value in values
+    ]

@@ -1,4 +1,5 @@
-"""The judges: spatial-temporal graph convolutional networks (Yan et al. 2018) that name a motion's content or its style.
+"""The judges: spatial-temporal graph convolutional networks (Yan et al. 2018) that name a motion's content or its
+style.
 
 They see where the joints are and how they move about the hips, but not the way over the floor, which a restyled motion
 keeps in any case and which would give the content away."""
@@ -34,14 +35,16 @@ HIDDEN = 0.3  # probability that a body part is hidden
 
 
 class Classifier(nn.Module):
-    """Windows (B, SAMPLES, 21, 15) -> the logits of `labels`. Three graph convolutions, the last pooled to one feature."""
+    """Windows (B, SAMPLES, 21, 15) -> the logits of `labels`. Three graph convolutions, the last pooled to one
+    feature."""
 
     def __init__(self, labels: Sequence[str]) -> None:
         super().__init__()
         self.labels = tuple(labels)
         widths = (len(SEEN), *WIDTHS)
-        self.convs = nn.ModuleList(STConv(graph, widths[level - 1], widths[level], 2, TAPS[level - 1])
-                                   for level, graph in LEVELS.items())
+        self.convs = nn.ModuleList(
+            STConv(graph, widths[level - 1], widths[level], 2, TAPS[level - 1]) for level, graph in LEVELS.items()
+        )
         self.norms = nn.ModuleList(nn.BatchNorm1d(width) for width in WIDTHS)
         self.pools = nn.ModuleList([nn.Identity(), Pool(LEVELS[1], LEVELS[2]), Pool(LEVELS[2], LEVELS[3])])
         self.head = nn.Linear(WIDTHS[-1], len(labels))
@@ -49,7 +52,8 @@ class Classifier(nn.Module):
         self.register_buffer("deviation", torch.ones(21, 1, 1, len(SEEN)))
 
     def feature(self, motion: Tensor) -> Tensor:
-        """(B, SAMPLES, 21, 15) -> (B, WIDTHS[-1]), what the final pooling gives: the feature of the Frechet motion distance."""
+        """(B, SAMPLES, 21, 15) -> (B, WIDTHS[-1]), what the final pooling gives: the feature of the Frechet motion
+        distance."""
         x = (motion[..., SEEN].permute(2, 0, 1, 3) - self.mean) / self.deviation
         if self.training:
             x = self._hidden(x + NOISE * torch.randn_like(x))
@@ -75,8 +79,11 @@ class Classifier(nn.Module):
         return [self.labels[i] for i in self.head(feature).argmax(dim=1).tolist()], feature.numpy()
 
 
-def judge(kind: str, takes: Sequence[Take], folder: Path, seed: int = 0, tick: Callable[[], object] = lambda: None) -> Classifier:
-    """The classifier of `kind`, "content" or "style", trained on these takes: from `folder` where the same was trained before.
+def judge(
+    kind: str, takes: Sequence[Take], folder: Path, seed: int = 0, tick: Callable[[], object] = lambda: None
+) -> Classifier:
+    """The classifier of `kind`, "content" or "style", trained on these takes: from `folder` where the same was trained
+    before.
 
     Calls tick once a step of training. Deterministic for a seed."""
     with torch.random.fork_rng(devices=[]):
@@ -86,9 +93,11 @@ def judge(kind: str, takes: Sequence[Take], folder: Path, seed: int = 0, tick: C
     return train_once(model, path, lambda: _train(model, kind, takes, seed, tick), STEPS, tick)
 
 
-def train_once(model: nn.Module, path: Path, train: Callable[[], object], steps: int, tick: Callable[[], object]) -> nn.Module:
-    """The model with the weights of a file, or trained, which takes `steps` steps, and kept there; ready to judge. Calls tick
-    once a step either way, `train` doing so itself."""
+def train_once(
+    model: nn.Module, path: Path, train: Callable[[], object], steps: int, tick: Callable[[], object]
+) -> nn.Module:
+    """The model with the weights of a file, or trained, which takes `steps` steps, and kept there; ready to judge.
+    Calls tick once a step either way, `train` doing so itself."""
     if path.exists():
         model.load_state_dict(load_file(path))
         for _ in range(steps):
@@ -123,14 +132,18 @@ def _train(model: Classifier, kind: str, takes: Sequence[Take], seed: int, tick:
     model.eval()
 
 
-def _batch(random: np.random.Generator, takes: Sequence[Take], kind: str, labels: tuple[str, ...]) -> tuple[Tensor, Tensor]:
+def _batch(
+    random: np.random.Generator, takes: Sequence[Take], kind: str, labels: tuple[str, ...]
+) -> tuple[Tensor, Tensor]:
     chosen: list[int] = []
     while len(chosen) < BATCH:
         chosen += draw(random, takes, kind)
     chosen = random.permutation(chosen)[:BATCH]
     motion = [_paced(random, takes[i].features) for i in chosen]
-    return (torch.from_numpy(np.stack(motion).astype(np.float32)),
-            torch.tensor([labels.index(getattr(takes[i], kind)) for i in chosen]))
+    return (
+        torch.from_numpy(np.stack(motion).astype(np.float32)),
+        torch.tensor([labels.index(getattr(takes[i], kind)) for i in chosen]),
+    )
 
 
 def _paced(random: np.random.Generator, features: np.ndarray) -> np.ndarray:
@@ -144,7 +157,18 @@ def _paced(random: np.random.Generator, features: np.ndarray) -> np.ndarray:
 
 def _fingerprint(model: Classifier, kind: str, takes: Sequence[Take], seed: int) -> str:
     """What a trained judge depends on, so that a kept one is never used for something else."""
-    told = [kind, seed, STEPS, BATCH, LEARNING_RATE, DROPOUT, NOISE, PACES, HIDDEN, SEEN.tolist(),
-            [(name, list(value.shape)) for name, value in model.state_dict().items()],
-            [(take.path.name, len(take.clip), round(float(take.clip.rotations.sum()), 3)) for take in takes]]
+    told = [
+        kind,
+        seed,
+        STEPS,
+        BATCH,
+        LEARNING_RATE,
+        DROPOUT,
+        NOISE,
+        PACES,
+        HIDDEN,
+        SEEN.tolist(),
+        [(name, list(value.shape)) for name, value in model.state_dict().items()],
+        [(take.path.name, len(take.clip), round(float(take.clip.rotations.sum()), 3)) for take in takes],
+    ]
     return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]

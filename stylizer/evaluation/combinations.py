@@ -1,8 +1,8 @@
 """Contents in styles that the judges have never seen together, and how real motion fares there.
 
 No performer did everything: of the pairs of a source and a style that the table of transfer is made of, nearly half are
-combinations that no labelled clip shows (who walks for SNU never runs; set 1 never turns on the spot). What judges say of those
-is to be read beside what they say of real motion whose combination was kept from them."""
+combinations that no labelled clip shows (who walks for SNU never runs; set 1 never turns on the spot). What judges say
+of those is to be read beside what they say of real motion whose combination was kept from them."""
 
 from collections import defaultdict
 from pathlib import Path
@@ -25,7 +25,8 @@ def combinations(takes: Sequence[Take]) -> set[Combination]:
 
 
 def folds(known: Iterable[Combination]) -> list[set[Combination]]:
-    """What to keep from judges: the contents of every style that was captured doing several things, shared out in turn."""
+    """What to keep from judges: the contents of every style that was captured doing several things, shared out in
+    turn."""
     contents = defaultdict(list)
     for content, style in sorted(known):
         contents[style].append(content)
@@ -37,10 +38,11 @@ def folds(known: Iterable[Combination]) -> list[set[Combination]]:
     return [fold for fold in shared if fold]
 
 
-def real_where_unknown(data: Labelled, kept: Sequence[set[Combination]], folder: Path,
-                       tick: Callable[[], object]) -> dict[str, float | None]:
-    """SRA and CRA of real takes by judges that never saw their content in their style, for each of `kept` (see `folds`); judges
-    are kept in `folder`. Calls tick 2 STEPS times for each."""
+def real_where_unknown(
+    data: Labelled, kept: Sequence[set[Combination]], folder: Path, tick: Callable[[], object]
+) -> dict[str, float | None]:
+    """SRA and CRA of real takes by judges that never saw their content in their style, for each of `kept` (see
+    `folds`); judges are kept in `folder`. Calls tick 2 STEPS times for each."""
     hits: dict[str, list[float]] = {"style": [], "content": []}
     for fold in kept:
         learned = [take for take in data.classify if (take.content, take.style) not in fold]

@@ -1,4 +1,5 @@
-"""One table of all style-transfer systems (`patchwalk evaluate stylizer --all`): the same pairs, the same judges, one thread."""
+"""One table of all style-transfer systems (`patchwalk evaluate stylizer --all`): the same pairs, the same judges, one
+thread."""
 
 import time
 from dataclasses import dataclass
@@ -30,14 +31,22 @@ from stylizer.runtime.offline import Look, answer
 from stylizer.systems.whole_body import WholeBody
 
 # Weights, mode, pairs a trial. `drawn`: offline, with styles by label or from the prior instead of from a clip.
-ALL = (("full", "offline", 22), ("large", "offline", 22), ("slim", "offline", 44), ("slim", "live", 22),
-       *((name, mode, size) for name in ("unpaired", "diverse", "latent", "latent_vae", "latent_unlabelled")
-         for mode, size in (("offline", 44), ("live", 22), ("drawn", 44))))
+ALL = (
+    ("full", "offline", 22),
+    ("large", "offline", 22),
+    ("slim", "offline", 44),
+    ("slim", "live", 22),
+    *(
+        (name, mode, size)
+        for name in ("unpaired", "diverse", "latent", "latent_vae", "latent_unlabelled")
+        for mode, size in (("offline", 44), ("live", 22), ("drawn", 44))
+    ),
+)
 REAL_SIZE = 88
 DIVERSE_CONTENTS, DIVERSE_DRAWS = 8, 4  # motions, and styles that each is restyled in, of one label
 CLIP = 160  # samples: the clip of Guo et al. 2024, Table 5
 CLIP_TIMES = 5
-INTERVAL = 1.96 / TRIALS ** 0.5  # deviations over the trials that make half of a 95% interval of their mean
+INTERVAL = 1.96 / TRIALS**0.5  # deviations over the trials that make half of a 95% interval of their mean
 
 
 @dataclass(frozen=True)
@@ -58,7 +67,8 @@ class Drawn(Transfer):
         self.style = lambda take: model.drawn(take.style if self.by_label else None, self.random)
 
     def targets(self, takes: Sequence[Take]) -> Sequence[Take]:
-        """Those whose style it can draw: of labels that it learned; all where it asks for none or knows none of them."""
+        """Those whose style it can draw: of labels that it learned; all where it asks for none or knows none of
+        them."""
         return self.by_label and [take for take in takes if take.style in self.model.config.labels] or takes
 
 
@@ -79,17 +89,23 @@ def compare(data_dir: Path, folder: Path | None = None, progress: Progress | Non
     return Comparison(rounded({"real": real, "rows": rows}), notes)
 
 
-def measured(model: Scaled, name: str, mode: str, size: int, takes: Sequence[Take], judges: Judges,
-             tick: Callable[[], object]) -> dict:
+def measured(
+    model: Scaled, name: str, mode: str, size: int, takes: Sequence[Take], judges: Judges, tick: Callable[[], object]
+) -> dict:
     """One row."""
     transfer = Drawn(model) if mode == "drawn" else Transfer(model, mode)
     figures = row(transfer, takes, judges, size, tick, transfer.targets(takes) if mode == "drawn" else None)
     if mode == "drawn" and not transfer.by_label:
         figures |= {"sra": None, "drawn_sra": None}  # nobody asked for a style
-    return {"model": name, "mode": mode, **{key: with_interval(figure) for key, figure in figures.items()},
-            "diversity": with_interval(diversity(transfer, takes, judges)) if mode == "drawn" else None,
-            "parameters": [model.parameter_count(), 0, 0], "ms_per_frame": [*milliseconds(transfer), 0.0],
-            "clip_ms": with_interval(clip_milliseconds(model))}
+    return {
+        "model": name,
+        "mode": mode,
+        **{key: with_interval(figure) for key, figure in figures.items()},
+        "diversity": with_interval(diversity(transfer, takes, judges)) if mode == "drawn" else None,
+        "parameters": [model.parameter_count(), 0, 0],
+        "ms_per_frame": [*milliseconds(transfer), 0.0],
+        "clip_ms": with_interval(clip_milliseconds(model)),
+    }
 
 
 def with_interval(figure: list[float] | None) -> list[float] | None:
@@ -98,16 +114,18 @@ def with_interval(figure: list[float] | None) -> list[float] | None:
 
 
 def diversity(transfer: Drawn, takes: Sequence[Take], judges: Judges) -> list[float]:
-    """How far results of one motion in styles drawn of one label are apart (Lee et al. 2019): the mean distance of what the
-    style judge sees in them, as [mean, deviation] over the motions."""
+    """How far results of one motion in styles drawn of one label are apart (Lee et al. 2019): the mean distance of what
+    the style judge sees in them, as [mean, deviation] over the motions."""
     random = np.random.default_rng(0)
     sources, targets = [take for take in takes if len(take.clip) >= SEGMENT], transfer.targets(takes)
     distances = []
     for _ in range(DIVERSE_CONTENTS):
         source, target = (some[int(random.integers(len(some)))] for some in (sources, targets))
         features = clip_features(source.clip[:SEGMENT])
-        answers = [answer(transfer.model, features, dict.fromkeys(PART_NAMES, Look(transfer.style(target))))
-                   for _ in range(DIVERSE_DRAWS)]
+        answers = [
+            answer(transfer.model, features, dict.fromkeys(PART_NAMES, Look(transfer.style(target))))
+            for _ in range(DIVERSE_DRAWS)
+        ]
         seen = judges.style.names(np.concatenate([windows(a, [len(a) - SHORTEST]) for a in answers]))[1]
         first, second = np.triu_indices(DIVERSE_DRAWS, 1)
         distances.append(np.linalg.norm(seen[first] - seen[second], axis=1).mean())
@@ -116,7 +134,8 @@ def diversity(transfer: Drawn, takes: Sequence[Take], judges: Judges) -> list[fl
 
 @torch.inference_mode()
 def clip_milliseconds(model: Scaled) -> list[float]:
-    """[median, deviation] of what the network takes to restyle a clip of CLIP samples in the style of another as long."""
+    """[median, deviation] of what the network takes to restyle a clip of CLIP samples in the style of another as
+    long."""
     motion = torch.randn(21, 1, CLIP, 15, generator=torch.Generator().manual_seed(0))
     times = []
     for _ in range(CLIP_TIMES + 1):
@@ -137,7 +156,9 @@ def table(report: dict) -> str:
     lines = [columns.format("model", "mode", *names, "parameters", "ms/frame", "ms/clip")]
     for entry in ({"model": "real motion", "mode": "", **report["real"]}, *report["rows"]):
         cells = ["-" if entry.get(name) is None else f"{entry[name][0]:.3g} ± {entry[name][2]:.2g}" for name in names]
-        costs = [f"{entry[name][0]:.{digits}f}" if entry["mode"] else "-" for name, digits in
-                 (("parameters", 0), ("ms_per_frame", 1), ("clip_ms", 1))]
+        costs = [
+            f"{entry[name][0]:.{digits}f}" if entry["mode"] else "-"
+            for name, digits in (("parameters", 0), ("ms_per_frame", 1), ("clip_ms", 1))
+        ]
         lines.append(columns.format(entry["model"], entry["mode"], *cells, *costs))
     return "\n".join(lines)

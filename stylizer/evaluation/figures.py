@@ -1,5 +1,5 @@
-"""What the table of transfer does not show: how much of a style arrives in each part, locality, reconstruction, strength 0,
-and the live stream while styles are switched."""
+"""What the table of transfer does not show: how much of a style arrives in each part, locality, reconstruction,
+strength 0, and the live stream while styles are switched."""
 
 from functools import cache
 from typing import Callable, Sequence
@@ -38,7 +38,9 @@ class Further:
         self.styled = list({take.style: take for take in walks if not take.style.startswith(NEUTRAL)}.values())
         self.style = cache(lambda take: clip_style(model, take.features))
         if not (self.neutral and self.styled):
-            raise ValueError(f"the labelled motion holds no walk that is '{NEUTRAL}', or none that is not: give all of it")
+            raise ValueError(
+                f"the labelled motion holds no walk that is '{NEUTRAL}', or none that is not: give all of it"
+            )
 
     def all(self, tick: Tick) -> dict:
         """Every figure by name; calls tick once each."""
@@ -49,14 +51,16 @@ class Further:
         return result
 
     def arrives(self) -> dict:
-        """Statistic -> part -> the shares of the style's that arrive (measures.shares), offline and live, from neutral walks
-        to every style of the same performer walking."""
+        """Statistic -> part -> the shares of the style's that arrive (measures.shares), offline and live, from neutral
+        walks to every style of the same performer walking."""
         gaps = {mode: {name: 0.0 for name in measures.STATISTICS} for mode in ("offline", "live")}
         for target in self.styled:
             source = self._neutral_like(target)
             content = source.clip[:LONGEST]
-            outputs = {"offline": stylize(self.model, content, {part: Look(self.style(target)) for part in PART_NAMES}),
-                       "live": self._live(content, source, target, lambda _: PART_NAMES).locked}
+            outputs = {
+                "offline": stylize(self.model, content, {part: Look(self.style(target)) for part in PART_NAMES}),
+                "live": self._live(content, source, target, lambda _: PART_NAMES).locked,
+            }
             for mode, output in outputs.items():
                 for name, statistic in measures.STATISTICS.items():
                     motions = (clip_features(output)[SETTLED:], clip_features(content)[SETTLED:], target.features)
@@ -64,15 +68,19 @@ class Further:
         return {mode: {name: measures.shares(gap) for name, gap in by_name.items()} for mode, by_name in gaps.items()}
 
     def locality(self) -> dict:
-        """Mode -> restyled part -> part -> mean over its joints of the displacement relative to the hips, over the height
-        (Table 1), for the style whose posture in the restyled part is the farthest from the neutral one."""
+        """Mode -> restyled part -> part -> mean over its joints of the displacement relative to the hips, over the
+        height (Table 1), for the style whose posture in the restyled part is the farthest from the neutral one."""
         result: dict = {"offline": {}, "live": {}}
         for index, part in enumerate(PART_NAMES):
             target = max(self.styled, key=lambda take, index=index: self._gap(take)[index])
             source = self._neutral_like(target)
             content = source.clip[:LONGEST]
-            pairs = {"offline": (stylize(self.model, content, {part: Look(self.style(target))}), content),
-                     "live": [self._live(content, source, target, lambda _, worn=worn: worn).locked for worn in ((part,), ())]}
+            pairs = {
+                "offline": (stylize(self.model, content, {part: Look(self.style(target))}), content),
+                "live": [
+                    self._live(content, source, target, lambda _, worn=worn: worn).locked for worn in ((part,), ())
+                ],
+            }
             for mode, (output, unstyled) in pairs.items():
                 moved = measures.displacement(output.positions()[SETTLED:], unstyled.positions()[SETTLED:])
                 result[mode][part] = {"style": target.style, **measures.by_part(moved)}
@@ -84,16 +92,21 @@ class Further:
         return measures.part_gaps(neutral, neutral, styled)[measures.GAP]
 
     def reconstruction(self) -> dict:
-        """Mean joint error in centimetres, in the character's own frame, of clips restyled in their own style, offline and in the
-        live stream's last frames."""
+        """Mean joint error in centimetres, in the character's own frame, of clips restyled in their own style, offline
+        and in the live stream's last frames."""
         errors: dict = {"offline_cm": [], "live_cm": []}
         for take in [*self.neutral.values(), *self.styled][:REBUILT]:
             content = take.clip[:LONGEST]
-            outputs = {"offline_cm": stylize(self.model, content, {part: Look(self.style(take)) for part in PART_NAMES}),
-                       "live_cm": self._live(content, take, take, lambda _: PART_NAMES).styled}
+            outputs = {
+                "offline_cm": stylize(self.model, content, {part: Look(self.style(take)) for part in PART_NAMES}),
+                "live_cm": self._live(content, take, take, lambda _: PART_NAMES).styled,
+            }
             for mode, output in outputs.items():
-                errors[mode].append(measures.joint_error(*(clip_features(clip)[SETTLED:, :, LAYOUT["position"]]
-                                                           for clip in (output, content))))
+                errors[mode].append(
+                    measures.joint_error(
+                        *(clip_features(clip)[SETTLED:, :, LAYOUT["position"]] for clip in (output, content))
+                    )
+                )
         return {mode: CENTI * float(np.mean(values)) for mode, values in errors.items()}
 
     def strength_0(self) -> dict:
@@ -104,8 +117,9 @@ class Further:
         return {"farthest_cm": CENTI * float(np.abs(stream.styled.positions() - content.positions()).max())}
 
     def switching(self) -> dict:
-        """The live stream over every neutral walk while its style is switched each second: jerk before and after the foot
-        lock over the content's, and foot skate beside that of the content after the lock, in centimetres a second."""
+        """The live stream over every neutral walk while its style is switched each second: jerk before and after the
+        foot lock over the content's, and foot skate beside that of the content after the lock, in centimetres a
+        second."""
         names = [take.style for take in self.styled]
         jerks, skates = [], []
 
@@ -114,7 +128,9 @@ class Further:
 
         for source in self.neutral.values():
             content = source.clip
-            styles = Styles(self.model, {take.style: self.style(take) for take in self.styled} | {OWN: self.style(source)})
+            styles = Styles(
+                self.model, {take.style: self.style(take) for take in self.styled} | {OWN: self.style(source)}
+            )
             stream, unstyled = live(styles, content, changing), live(styles, content, lambda _: {})
             root = root_frame(content.positions()).positions[SPAN:]
             positions = [clip.positions()[SPAN:] for clip in (stream.styled, stream.locked, unstyled.locked, content)]
@@ -122,13 +138,17 @@ class Further:
             skates.append([np.nanmean(foot_skate(p[:, TOES])) for p in positions[1:3]])
         jerk_names = ("jerk_ratio_before_lock", "jerk_ratio_after_lock", "jerk_ratio_unstyled_after_lock")
         skate_names = ("skate_cm_s", "unstyled_skate_cm_s")
-        return {**dict(zip(jerk_names, np.mean(jerks, axis=0).tolist())),
-                **dict(zip(skate_names, (CENTI * np.mean(skates, axis=0)).tolist()))}
+        return {
+            **dict(zip(jerk_names, np.mean(jerks, axis=0).tolist())),
+            **dict(zip(skate_names, (CENTI * np.mean(skates, axis=0)).tolist())),
+        }
 
     def _neutral_like(self, target: Take) -> Take:
         """A neutral walk of the same performer, or of another where there is none."""
         return self.neutral.get(f"{NEUTRAL} {target.style.split()[-1]}", next(iter(self.neutral.values())))
 
-    def _live(self, content: Clip, source: Take, target: Take, parts: Callable[[int], Sequence[str]], strength: float = 1.0):
+    def _live(
+        self, content: Clip, source: Take, target: Take, parts: Callable[[int], Sequence[str]], strength: float = 1.0
+    ):
         styles = Styles(self.model, {OWN: self.style(source), "target": self.style(target)})
         return live(styles, content, lambda frame: {part: ("target", strength) for part in parts(frame)})

@@ -1,4 +1,5 @@
-"""What the session draws, measured: every style, walking, running, backing, strafing, turning and standing, beside real motion.
+"""What the session draws, measured: every style, walking, running, backing, strafing, turning and standing, beside real
+motion.
 
 The session is the one that users steer, as drawn, after the foot lock. Judges are trained on captured motion alone."""
 
@@ -31,10 +32,11 @@ from stylizer.styles.stride_residual import stride_locked_part
 SETTLE_SECONDS, SECONDS = 3, 6  # of each movement: before it counts, and that is measured
 APPROACH_SECONDS = 2  # that another movement goes before it
 CENTI = 100
-GROUP_JOINTS = {"legs": np.flatnonzero(np.isin(PART_OF_JOINT, [PART_NAMES.index(p) for p in GROUPS["legs"]])),
-                "spine": np.flatnonzero(PART_OF_JOINT == PART_NAMES.index("spine")),
-                "arms": np.flatnonzero(np.isin(PART_OF_JOINT, [PART_NAMES.index(p) for p in GROUPS["arms"]]))}
-
+GROUP_JOINTS = {
+    "legs": np.flatnonzero(np.isin(PART_OF_JOINT, [PART_NAMES.index(p) for p in GROUPS["legs"]])),
+    "spine": np.flatnonzero(PART_OF_JOINT == PART_NAMES.index("spine")),
+    "arms": np.flatnonzero(np.isin(PART_OF_JOINT, [PART_NAMES.index(p) for p in GROUPS["arms"]])),
+}
 
 
 def after(approach: Callable[[int], Command], script: Callable[[int], Command], frame: int) -> Command:
@@ -46,20 +48,30 @@ RUN, BACK = partial(going, 3.0, "run", (0.0, 1.0)), partial(going, 1.0, "walk", 
 MOVEMENTS: dict[str, Callable[[int], Command]] = {
     **{f"walk_{speed}": partial(going, speed, "walk", (0.0, 1.0)) for speed in (0.65, 0.85, 1.0, 1.15, 1.3)},
     **{f"run_{speed}": partial(going, speed, "run", (0.0, 1.0)) for speed in (2.5, 3.0, 3.5)},
-    "back": BACK, "strafe": partial(going, 1.0, "walk", (1.0, 0.0)),
+    "back": BACK,
+    "strafe": partial(going, 1.0, "walk", (1.0, 0.0)),
     **{f"{gait}_pace": partial(going, GAIT_SPEEDS[gait], gait, (0.0, 1.0)) for gait in GAIT_SPEEDS},
-    "turn": partial(curving, 1.0, 0.8), "stand": lambda _: Command(),
+    "turn": partial(curving, 1.0, 0.8),
+    "stand": lambda _: Command(),
     # A controller may move as it did before: what is drawn must not depend on it.
-    **{f"walk_{speed}_after_run": partial(after, RUN, partial(going, speed, "walk", (0.0, 1.0))) for speed in (0.65, 1.0, 1.3)},
+    **{
+        f"walk_{speed}_after_run": partial(after, RUN, partial(going, speed, "walk", (0.0, 1.0)))
+        for speed in (0.65, 1.0, 1.3)
+    },
     "walk_1.3_after_back": partial(after, BACK, partial(going, 1.3, "walk", (0.0, 1.0))),
     "strafe_after_run": partial(after, RUN, partial(going, 1.0, "walk", (1.0, 0.0))),
 }
 
-# What the labelled motion calls what a movement is, and of which clip of a style it is the reference; the first is its own.
-CONTENTS = {"walk": ("walk", "walk-left", "walk-right", "walk-turn-left", "walk-turn-right"), "run": ("run", "dash"),
-            "back": ("walk-back",)}
+# What the labelled motion calls what a movement is, and of which clip of a style it is the reference; the first is its
+# own.
+CONTENTS = {
+    "walk": ("walk", "walk-left", "walk-right", "walk-turn-left", "walk-turn-right"),
+    "run": ("run", "dash"),
+    "back": ("walk-back",),
+}
 SWITCHES = 82  # one a second, style after style
-FASTEST_TURN, FARTHEST = 1500.0, 15.0  # degrees a second, centimetres a frame: what a joint in a switch should not exceed
+# degrees a second, centimetres a frame: what a joint in a switch should not exceed
+FASTEST_TURN, FARTHEST = 1500.0, 15.0
 PER_STYLE = ("sra", "top3", "cra", "skate_cm_s", "jerk")
 SLOPES = ("bounce_cm", "knee_straightest", "knee_most_bent", "toe_cm")
 GAIT = ("speed", "cadence_hz", "stride_m")
@@ -69,8 +81,8 @@ Progress = Callable[[int], Callable[[], object]]
 
 @dataclass(frozen=True)
 class Motion:
-    """A stretch of motion as it is measured: positions (frames, 21, 3) in the world, features (frames, 21, 15), both at 60 Hz,
-    and the root's places (frames, 3)."""
+    """A stretch of motion as it is measured: positions (frames, 21, 3) in the world, features (frames, 21, 15), both at
+    60 Hz, and the root's places (frames, 3)."""
 
     positions: np.ndarray
     features: np.ndarray
@@ -86,27 +98,38 @@ class Motion:
     def of_clip(cls, clip: Clip) -> "Motion":
         """Of a captured clip, without its ends."""
         margin = int(len(clip) * bundled.MARGIN)
-        clip = clip[margin:len(clip) - margin]
+        clip = clip[margin : len(clip) - margin]
         positions = clip.positions()
         return cls(positions, clip_features(clip), root_frame(positions).positions)
 
 
-def play(session: Session, scripts: Sequence[Callable[[int], Command]], styles: Sequence[Mapping],
-         tick: Callable[[], object] = lambda: None, seconds: float = SECONDS, settle: float = SETTLE_SECONDS,
-         **fields) -> tuple[list[Motion], list[Motion]]:
-    """What a session draws of many characters side by side, and their neutral motion: each has a script and wears a style.
+def play(
+    session: Session,
+    scripts: Sequence[Callable[[int], Command]],
+    styles: Sequence[Mapping],
+    tick: Callable[[], object] = lambda: None,
+    seconds: float = SECONDS,
+    settle: float = SETTLE_SECONDS,
+    **fields,
+) -> tuple[list[Motion], list[Motion]]:
+    """What a session draws of many characters side by side, and their neutral motion: each has a script and wears a
+    style.
 
     seconds, after those to settle, are returned; fields: what else the commands say; tick is called once a frame."""
     crowd = session.crowd(len(scripts))
     drawn, neutral = [], []
     for frame in range(round((settle + seconds) * FPS)):
         commands = [script(frame) for script in scripts]
-        result = crowd.step(Commands([Command(c.move, c.face, c.gait, style, **fields) for c, style in zip(commands, styles)]))
+        result = crowd.step(
+            Commands([Command(c.move, c.face, c.gait, style, **fields) for c, style in zip(commands, styles)])
+        )
         if frame >= settle * FPS - STRIDE:
             drawn.append(result.styled)
             neutral.append(result.neutral)
         tick()
-    return tuple([Motion.of(poses[:, one]) for one in range(len(scripts))] for poses in map(Pose.stacked, (drawn, neutral)))
+    return tuple(
+        [Motion.of(poses[:, one]) for one in range(len(scripts))] for poses in map(Pose.stacked, (drawn, neutral))
+    )
 
 
 def wearing(style: str, strength: float = 1.0) -> dict:
@@ -115,26 +138,31 @@ def wearing(style: str, strength: float = 1.0) -> dict:
 
 
 def gait_figures(motion: Motion) -> dict[str, float]:
-    """How a motion goes: speed in m/s, cadence in strides a second, stride in metres, bounce of the hips, height of the toes at
-    most and skate in centimetres, knees' flexion in degrees, straightest and most bent, jerk in m/s^3."""
+    """How a motion goes: speed in m/s, cadence in strides a second, stride in metres, bounce of the hips, height of the
+    toes at most and skate in centimetres, knees' flexion in degrees, straightest and most bent, jerk in m/s^3."""
     steps = np.diff(motion.root[:, [0, 2]], axis=0) * FPS
     speed, strides = float(np.linalg.norm(steps, axis=1).mean()), cadence(motion.features)
     bends = knee_flexion(motion.positions)
     low, high = np.percentile(motion.positions[:, 0, 1], (2, 98))
     toes = motion.positions[:, TOES]
-    return {"speed": speed, "cadence_hz": strides, "stride_m": speed / strides if strides else 0.0,
-            "bounce_cm": CENTI * float(high - low),
-            "toe_cm": CENTI * float((np.percentile(toes[..., 1], 98, axis=0) - TOE_HEIGHT).mean()),
-            "knee_straightest": float(np.percentile(bends, 2, axis=0).mean()),
-            "knee_most_bent": float(np.percentile(bends, 98, axis=0).mean()),
-            "skate_cm_s": CENTI * float(np.nan_to_num(np.nanmean(foot_skate(toes)))),
-            "jerk": float(np.nanmean(jerk(motion.positions, motion.root)))}
+    return {
+        "speed": speed,
+        "cadence_hz": strides,
+        "stride_m": speed / strides if strides else 0.0,
+        "bounce_cm": CENTI * float(high - low),
+        "toe_cm": CENTI * float((np.percentile(toes[..., 1], 98, axis=0) - TOE_HEIGHT).mean()),
+        "knee_straightest": float(np.percentile(bends, 2, axis=0).mean()),
+        "knee_most_bent": float(np.percentile(bends, 98, axis=0).mean()),
+        "skate_cm_s": CENTI * float(np.nan_to_num(np.nanmean(foot_skate(toes)))),
+        "jerk": float(np.nanmean(jerk(motion.positions, motion.root))),
+    }
 
 
 def knee_flexion(positions: np.ndarray) -> np.ndarray:
     """(frames, 2) degrees that the left and the right knee are bent; 0 is a straight leg."""
-    hips, knees, ankles = (positions[:, [INDEX[f"{side}{name}"] for side in ("Left", "Right")]]
-                           for name in ("UpLeg", "Leg", "Foot"))
+    hips, knees, ankles = (
+        positions[:, [INDEX[f"{side}{name}"] for side in ("Left", "Right")]] for name in ("UpLeg", "Leg", "Foot")
+    )
     thigh, shin = rot.normalize(knees - hips), rot.normalize(ankles - knees)
     return np.degrees(np.arccos(np.clip(np.vecdot(thigh, shin), -1.0, 1.0)))
 
@@ -182,8 +210,13 @@ class Evaluation:
     references: Mapping[str, Mapping[str, Reference]]
 
 
-def evaluate(session: Session, data_dir: Path, progress: Progress | None = None,
-             movements: Mapping[str, Callable[[int], Command]] = MOVEMENTS, seconds: float = SECONDS) -> Evaluation:
+def evaluate(
+    session: Session,
+    data_dir: Path,
+    progress: Progress | None = None,
+    movements: Mapping[str, Callable[[int], Command]] = MOVEMENTS,
+    seconds: float = SECONDS,
+) -> Evaluation:
     """Every bundled style on all five parts in every movement, judged and measured as the session draws it.
 
     progress(steps) is told how much there is to do and returns what to call once a step.
@@ -197,15 +230,28 @@ def evaluate(session: Session, data_dir: Path, progress: Progress | None = None,
     styles = [name for name in session.stylizer.styles if name in references]
     rows, drawn_by_movement, neutral_by_movement, totals = [], {}, {}, {}
     for movement, script in movements.items():
-        drawn, _ = play(session, [script] * (len(styles) + 1), [*map(wearing, styles), {}], tick, seconds,
-                        settle_seconds(movement), pace=movement.endswith("_pace"))
+        drawn, _ = play(
+            session,
+            [script] * (len(styles) + 1),
+            [*map(wearing, styles), {}],
+            tick,
+            seconds,
+            settle_seconds(movement),
+            pace=movement.endswith("_pace"),
+        )
         neutral = drawn.pop()
-        found = [row(style, movement, motion, neutral, references[style], judges) for style, motion in zip(styles, drawn)]
+        found = [
+            row(style, movement, motion, neutral, references[style], judges) for style, motion in zip(styles, drawn)
+        ]
         rows += found
         totals[movement] = summary(found, neutral)
         drawn_by_movement[movement], neutral_by_movement[movement] = dict(zip(styles, drawn)), neutral
-    report = {"judges": {kind: panel.held_out for kind, panel in judges.items()}, "movements": totals, "rows": rows,
-              "switches": switches(session, styles, tick)}
+    report = {
+        "judges": {kind: panel.held_out for kind, panel in judges.items()},
+        "movements": totals,
+        "rows": rows,
+        "switches": switches(session, styles, tick),
+    }
     return Evaluation(report, drawn_by_movement, neutral_by_movement, references)
 
 
@@ -215,7 +261,8 @@ def settle_seconds(movement: str) -> float:
 
 
 def references_of(data_dir: Path, files: Mapping[tuple[str, str], Sequence[Path]]) -> dict[str, dict[str, Reference]]:
-    """Style -> content (walk, run, back) -> its captured motion. Raises ValueError where a style's walk is not there."""
+    """Style -> content (walk, run, back) -> its captured motion. Raises ValueError where a style's walk is not
+    there."""
     result: dict[str, dict[str, Reference]] = {}
     for name, (clips, _) in bundled.CLIPS.items():
         used = {Path(clip).name for clip in clips}
@@ -228,58 +275,94 @@ def references_of(data_dir: Path, files: Mapping[tuple[str, str], Sequence[Path]
             if content:
                 takes = [take for take in files.get(found, ()) if take.name not in used]
                 result.setdefault(name, {})[content] = Reference(
-                    Motion.of_clip(load_clip(path)), Motion.of_clip(load_clip(takes[0])) if takes else None)
+                    Motion.of_clip(load_clip(path)), Motion.of_clip(load_clip(takes[0])) if takes else None
+                )
     return result
 
 
 def reference_for(movement: str, references: Mapping[str, Reference]) -> tuple[str, Reference]:
-    """Which content's clip a style's movement is compared with, and that clip: its own, or the walk where there is none."""
+    """Which content's clip a style's movement is compared with, and that clip: its own, or the walk where there is
+    none."""
     kind = movement.split("_")[0]
     content = kind if kind in references else "walk"
     return content, references[content]
 
 
-def row(style: str, movement: str, drawn: Motion, neutral: Motion, references: Mapping[str, Reference],
-        judges: Mapping[str, Panel]) -> dict:
-    """Everything that is said of one style in one movement. Shares of a gap: posture what is left of it, liveliness what is
-    closed of it, from the neutral motion to the style's clip."""
+def row(
+    style: str,
+    movement: str,
+    drawn: Motion,
+    neutral: Motion,
+    references: Mapping[str, Reference],
+    judges: Mapping[str, Panel],
+) -> dict:
+    """Everything that is said of one style in one movement. Shares of a gap: posture what is left of it, liveliness
+    what is closed of it, from the neutral motion to the style's clip."""
     content, reference = reference_for(movement, references)
     kind, clip = movement.split("_")[0], reference.clip
     label = label_of(bundled.CLIPS[style][0][0].removesuffix(".bvh"))
     judge = judges["style" if kind in ("walk", "run") else "upper_style"]
-    result = {"style": style, "movement": movement, "compared_with": content,
-              "sra": judge.share(drawn.features, [label]), "top3": judge.share(drawn.features, [label], TOP),
-              "cra": judges["content"].share(drawn.features, CONTENTS[kind]) if kind in CONTENTS else None}
+    result = {
+        "style": style,
+        "movement": movement,
+        "compared_with": content,
+        "sra": judge.share(drawn.features, [label]),
+        "top3": judge.share(drawn.features, [label], TOP),
+        "cra": judges["content"].share(drawn.features, CONTENTS[kind]) if kind in CONTENTS else None,
+    }
     for name, statistic, left in (("posture", posture, True), ("liveliness", liveliness, False)):
         whole = gap(statistic, neutral.features, clip.features)
         shares = {}
         for whose, motion in (("drawn", drawn), ("other_take", reference.other_take)):
             gaps = motion and gap(statistic, motion.features, clip.features)
             shares[whose] = gaps and {group: gaps[group] / whole[group] for group in whole}
-        result[name] = {group: {whose: share and (share[group] if left else 1 - share[group]) for whose, share in shares.items()}
-                        for group in GROUP_JOINTS}
+        result[name] = {
+            group: {whose: share and (share[group] if left else 1 - share[group]) for whose, share in shares.items()}
+            for group in GROUP_JOINTS
+        }
         result[f"{name}_gap"] = whole
     measured = gait_figures(clip)
-    return result | gait_figures(drawn) | {
-        "clip": {name: measured[name] for name in (*GAIT, *SLOPES, "skate_cm_s")},
-        "arms_locked": locked_share(drawn.features, GROUP_JOINTS["arms"]),
-        "clip_arms_locked": locked_share(clip.features, GROUP_JOINTS["arms"])}
+    return (
+        result
+        | gait_figures(drawn)
+        | {
+            "clip": {name: measured[name] for name in (*GAIT, *SLOPES, "skate_cm_s")},
+            "arms_locked": locked_share(drawn.features, GROUP_JOINTS["arms"]),
+            "clip_arms_locked": locked_share(clip.features, GROUP_JOINTS["arms"]),
+        }
+    )
 
 
 def summary(rows: Sequence[dict], neutral: Motion) -> dict:
-    """Over the styles of one movement: means; shares of all gaps together; how far differences between clips arrive (the slope of
-    the drawn figure over the clip's); the median error of speed, cadence and stride; beside them what the neutral motion does."""
+    """Over the styles of one movement: means; shares of all gaps together; how far differences between clips arrive
+    (the slope of the drawn figure over the clip's); the median error of speed, cadence and stride; beside them what the
+    neutral motion does."""
     result = {name: _mean(row[name] for row in rows) for name in PER_STYLE}
     for name in ("posture", "liveliness"):
-        result[name] = {group: {whose: _weighted([(row[name][group][whose], row[f"{name}_gap"][group]) for row in rows])
-                                for whose in ("drawn", "other_take")} for group in GROUP_JOINTS}
-    result["slopes"] = {name: float(np.polyfit([row["clip"][name] for row in rows], [row[name] for row in rows], 1)[0])
-                        for name in SLOPES} if len(rows) > 2 else None
+        result[name] = {
+            group: {
+                whose: _weighted([(row[name][group][whose], row[f"{name}_gap"][group]) for row in rows])
+                for whose in ("drawn", "other_take")
+            }
+            for group in GROUP_JOINTS
+        }
+    result["slopes"] = (
+        {
+            name: float(np.polyfit([row["clip"][name] for row in rows], [row[name] for row in rows], 1)[0])
+            for name in SLOPES
+        }
+        if len(rows) > 2
+        else None
+    )
     errors = {name: [abs(row[name] / row["clip"][name] - 1) for row in rows if row["clip"][name]] for name in GAIT}
     result["median_error"] = {name: float(np.median(values)) if values else None for name, values in errors.items()}
     own = gait_figures(neutral)
-    return result | {"clip_skate_cm_s": _mean(row["clip"]["skate_cm_s"] for row in rows), "neutral_skate_cm_s": own["skate_cm_s"],
-                     "neutral_jerk": own["jerk"], "speed": _mean(row["speed"] for row in rows)}
+    return result | {
+        "clip_skate_cm_s": _mean(row["clip"]["skate_cm_s"] for row in rows),
+        "neutral_skate_cm_s": own["skate_cm_s"],
+        "neutral_jerk": own["jerk"],
+        "speed": _mean(row["speed"] for row in rows),
+    }
 
 
 def _mean(values: Iterator[float | None]) -> float | None:
@@ -294,9 +377,11 @@ def _weighted(pairs: Sequence[tuple[float | None, float]]) -> float | None:
     return float(np.average(shares, weights=wholes)) if known else None
 
 
-def switches(session: Session, styles: Sequence[str], tick: Callable[[], object] = lambda: None, count: int = SWITCHES) -> dict:
-    """One style after the other on the whole body, a second each, walking on: in how many seconds after a switch a joint turns
-    faster than FASTEST_TURN or moves farther than FARTHEST in a frame, about the root."""
+def switches(
+    session: Session, styles: Sequence[str], tick: Callable[[], object] = lambda: None, count: int = SWITCHES
+) -> dict:
+    """One style after the other on the whole body, a second each, walking on: in how many seconds after a switch a
+    joint turns faster than FASTEST_TURN or moves farther than FARTHEST in a frame, about the root."""
     session.restart()
     poses = []
     for frame in range(count * FPS):
@@ -307,14 +392,22 @@ def switches(session: Session, styles: Sequence[str], tick: Callable[[], object]
     poses = Pose.stacked(poses)
     places = poses.to_character(poses.positions - poses.root_position[:, None])
     turns = rot.multiply(rot.inverse(rot.from_yaw(poses.root_facing))[:, None], poses.rotations)
-    turned = np.degrees(rot.length(rot.to_rotation_vector(rot.multiply(turns[1:], rot.inverse(turns[:-1]))))[..., 0]) * FPS
+    turned = (
+        np.degrees(rot.length(rot.to_rotation_vector(rot.multiply(turns[1:], rot.inverse(turns[:-1]))))[..., 0]) * FPS
+    )
     moved = CENTI * np.linalg.norm(np.diff(places, axis=0), axis=-1)
-    by_second = [values[FPS - 1:].max(axis=1) for values in (turned, moved)]  # the first second switches from nothing
-    seconds = [np.array([values[start:start + FPS].max() for start in range(0, len(values) - FPS + 1, FPS)])
-               for values in by_second]
-    return {"count": len(seconds[0]), "over_1500_deg_s": int((seconds[0] > FASTEST_TURN).sum()),
-            "over_15_cm": int((seconds[1] > FARTHEST).sum()),
-            "fastest_deg_s": float(seconds[0].max()), "farthest_cm": float(seconds[1].max())}
+    by_second = [values[FPS - 1 :].max(axis=1) for values in (turned, moved)]  # the first second switches from nothing
+    seconds = [
+        np.array([values[start : start + FPS].max() for start in range(0, len(values) - FPS + 1, FPS)])
+        for values in by_second
+    ]
+    return {
+        "count": len(seconds[0]),
+        "over_1500_deg_s": int((seconds[0] > FASTEST_TURN).sum()),
+        "over_15_cm": int((seconds[1] > FARTHEST).sum()),
+        "fastest_deg_s": float(seconds[0].max()),
+        "farthest_cm": float(seconds[1].max()),
+    }
 
 
 COLUMNS = "{:<19} {:>5} {:>5} {:>5}  {:>17} {:>17}  {:>24} {:>17} {:>11}  {:>17}"
@@ -322,27 +415,65 @@ COLUMNS = "{:<19} {:>5} {:>5} {:>5}  {:>17} {:>17}  {:>24} {:>17} {:>11}  {:>17}
 
 def table(report: dict) -> str:
     """A movement a line, then the switches and the judges."""
-    lines = [COLUMNS.format("movement", "SRA", "top 3", "CRA", "posture gap left", "liveliness closed", "slopes", "skate cm/s",
-                            "jerk m/s3", "median error"),
-             COLUMNS.format("", "", "", "", "legs spine arms", "legs spine arms", "bounce straight bent toe", "neutral, clips",
-                            "neutral", "speed cad. stride")]
+    lines = [
+        COLUMNS.format(
+            "movement",
+            "SRA",
+            "top 3",
+            "CRA",
+            "posture gap left",
+            "liveliness closed",
+            "slopes",
+            "skate cm/s",
+            "jerk m/s3",
+            "median error",
+        ),
+        COLUMNS.format(
+            "",
+            "",
+            "",
+            "",
+            "legs spine arms",
+            "legs spine arms",
+            "bounce straight bent toe",
+            "neutral, clips",
+            "neutral",
+            "speed cad. stride",
+        ),
+    ]
     for movement, total in report["movements"].items():
-        shares = [" ".join(f"{total[name][group]['drawn']:.2f}" for group in GROUP_JOINTS) for name in ("posture", "liveliness")]
+        shares = [
+            " ".join(f"{total[name][group]['drawn']:.2f}" for group in GROUP_JOINTS)
+            for name in ("posture", "liveliness")
+        ]
         slopes = " ".join(f"{value:.2f}" for value in total["slopes"].values()) if total["slopes"] else "-"
-        lines.append(COLUMNS.format(
-            movement, *("-" if total[name] is None else f"{total[name]:.2f}" for name in ("sra", "top3", "cra")), *shares, slopes,
-            f"{total['skate_cm_s']:.1f} ({total['neutral_skate_cm_s']:.1f}, {total['clip_skate_cm_s']:.1f})",
-            f"{total['jerk']:.0f} ({total['neutral_jerk']:.0f})",
-            " ".join(f"{total['median_error'][name]:.2f}" for name in GAIT)))
+        lines.append(
+            COLUMNS.format(
+                movement,
+                *("-" if total[name] is None else f"{total[name]:.2f}" for name in ("sra", "top3", "cra")),
+                *shares,
+                slopes,
+                f"{total['skate_cm_s']:.1f} ({total['neutral_skate_cm_s']:.1f}, {total['clip_skate_cm_s']:.1f})",
+                f"{total['jerk']:.0f} ({total['neutral_jerk']:.0f})",
+                " ".join(f"{total['median_error'][name]:.2f}" for name in GAIT),
+            )
+        )
     walk = report["movements"].get("walk_1.3")
     if walk and walk["posture"]["legs"]["other_take"] is not None:
-        lines.append("another take of the same style, for walk_1.3: posture gap left "
-                     + " ".join(f"{walk['posture'][group]['other_take']:.2f}" for group in GROUP_JOINTS) + ", liveliness closed "
-                     + " ".join(f"{walk['liveliness'][group]['other_take']:.2f}" for group in GROUP_JOINTS))
-    lines.append("judges on captured motion that they have not seen: "
-                 + ", ".join(f"{kind} {value:.2f}" for kind, value in report["judges"].items()))
+        lines.append(
+            "another take of the same style, for walk_1.3: posture gap left "
+            + " ".join(f"{walk['posture'][group]['other_take']:.2f}" for group in GROUP_JOINTS)
+            + ", liveliness closed "
+            + " ".join(f"{walk['liveliness'][group]['other_take']:.2f}" for group in GROUP_JOINTS)
+        )
+    lines.append(
+        "judges on captured motion that they have not seen: "
+        + ", ".join(f"{kind} {value:.2f}" for kind, value in report["judges"].items())
+    )
     found = report["switches"]
-    lines.append(f"{found['count']} switches: {found['over_1500_deg_s']} with a joint over 1,500 degrees/s (fastest "
-                 f"{found['fastest_deg_s']:.0f}), {found['over_15_cm']} with a joint over 15 cm in a frame (farthest "
-                 f"{found['farthest_cm']:.1f})")
+    lines.append(
+        f"{found['count']} switches: {found['over_1500_deg_s']} with a joint over 1,500 degrees/s (fastest "
+        f"{found['fastest_deg_s']:.0f}), {found['over_15_cm']} with a joint over 15 cm in a frame (farthest "
+        f"{found['farthest_cm']:.1f})"
+    )
     return "\n".join(lines)

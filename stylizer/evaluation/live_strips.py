@@ -1,5 +1,5 @@
-"""Strips of what the session draws: for every style neutral, drawn and captured poses, walking and running at the style's
-pace."""
+"""Strips of what the session draws: for every style neutral, drawn and captured poses, walking and running at the
+style's pace."""
 
 from pathlib import Path
 from typing import Mapping

@@ -47,16 +47,20 @@ def part_gaps(output: np.ndarray, content: np.ndarray, style: np.ndarray) -> np.
 
     Rows: LEFT |output - style|; GAP |content - style|; GONE, how far the output went along the straight way. Summed
     over many pairs they give shares that little gaps do not blow up."""
+
     def length(a: np.ndarray) -> np.ndarray:
         return np.sqrt(np.bincount(PART_OF_JOINT, np.sum(a * a, axis=1)))
 
     way, gone = style - content, output - content
     gap = length(way)
-    return np.stack([length(output - style), gap, np.bincount(PART_OF_JOINT, np.sum(gone * way, axis=1)) / np.maximum(gap, 1e-9)])
+    return np.stack(
+        [length(output - style), gap, np.bincount(PART_OF_JOINT, np.sum(gone * way, axis=1)) / np.maximum(gap, 1e-9)]
+    )
 
 
 def shares(gaps: np.ndarray) -> dict[str, dict[str, float]]:
-    """Part -> `closed`, 1 - what is left / what there was, and `gone`, the share of the way along the gap, from `part_gaps`."""
+    """Part -> `closed`, 1 - what is left / what there was, and `gone`, the share of the way along the gap, from
+    `part_gaps`."""
     gap = np.maximum(gaps[GAP], 1e-9)
     closed, gone = 1 - gaps[LEFT] / gap, gaps[GONE] / gap
     return {part: {"closed": float(c), "gone": float(g)} for part, c, g in zip(PART_NAMES, closed, gone)}
@@ -68,12 +72,14 @@ def joint_error(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def geodesic(a: np.ndarray, b: np.ndarray) -> float:
-    """Mean angle in radians between local joint rotations (..., 4): the content preservation of Guo et al. 2024, Sec. 4."""
+    """Mean angle in radians between local joint rotations (..., 4): the content preservation of Guo et al. 2024, Sec.
+    4."""
     return float(np.linalg.norm(rot.to_rotation_vector(rot.multiply(rot.inverse(a), b)), axis=-1).mean())
 
 
 def displacement(output: np.ndarray, content: np.ndarray) -> np.ndarray:
-    """(21,) root mean squared displacement of joints (frames, 21, 3) relative to the hips, over the body's height (Table 1)."""
+    """(21,) root mean squared displacement of joints (frames, 21, 3) relative to the hips, over the body's height
+    (Table 1)."""
     hips = INDEX["Hips"]
     apart = (output - output[:, [hips]]) - (content - content[:, [hips]])
     return np.sqrt(np.sum(apart**2, axis=-1).mean(axis=0)) / HEIGHT
@@ -86,7 +92,8 @@ def by_part(per_joint: np.ndarray) -> dict[str, float]:
 
 
 def jerk_ratio(output: np.ndarray, content: np.ndarray, root: np.ndarray, step: int = 1) -> float:
-    """Mean jerk of joints (frames, 21, 3) over the content's, about the same root (frames, 3), looking at every step-th frame.
+    """Mean jerk of joints (frames, 21, 3) over the content's, about the same root (frames, 3), looking at every step-th
+    frame.
 
     Motion captured at 30 Hz has corners at 60, which a step of 2 goes around."""
     ours, theirs = (np.nanmean(jerk(p[::step], root[::step], FPS / step)) for p in (output, content))

@@ -1,8 +1,8 @@
 """Judges of drawn motion: temporal convolutional networks that know a style, or what is done, by where joints are.
 
-They are trained on captured motion alone and never used in a loss. Of each kind there are two, one for either half of the
-labelled motion (stylizer.data.style_labels): on the other half it is known how good they are, and drawn motion is judged by both
-together."""
+They are trained on captured motion alone and never used in a loss. Of each kind there are two, one for either half of
+the labelled motion (stylizer.data.style_labels): on the other half it is known how good they are, and drawn motion is
+judged by both together."""
 
 import hashlib
 import json
@@ -21,8 +21,11 @@ from stylizer.data.style_labels import SAMPLES, SHORTEST, Labelled, Take
 from stylizer.evaluation.classifier import train_once
 
 # Judge: which label it tells, and the joints that it sees. Arms and spine tell a style where no clip shows its legs.
-KINDS = {"style": ("style", np.arange(JOINT_COUNT)), "content": ("content", np.arange(JOINT_COUNT)),
-         "upper_style": ("style", np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine")))}
+KINDS = {
+    "style": ("style", np.arange(JOINT_COUNT)),
+    "content": ("content", np.arange(JOINT_COUNT)),
+    "upper_style": ("style", np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine"))),
+}
 WIDTH, KERNELS, STRIDES = 64, (5, 5, 3), (2, 2, 1)  # channels, and what each of three convolutions sees and steps over
 STEPS, BATCH = 900, 64
 LEARNING_RATE, WEIGHT_DECAY, DROPOUT, SMOOTHING = 3e-3, 1e-2, 0.3, 0.05
@@ -40,8 +43,10 @@ class Judge(nn.Module):
         super().__init__()
         self.labels, self.joints = tuple(labels), joints
         widths = (3 * len(joints), WIDTH, WIDTH, WIDTH)
-        self.convs = nn.ModuleList(nn.Conv1d(*widths[i:i + 2], kernel, stride, kernel // 2)
-                                   for i, (kernel, stride) in enumerate(zip(KERNELS, STRIDES)))
+        self.convs = nn.ModuleList(
+            nn.Conv1d(*widths[i : i + 2], kernel, stride, kernel // 2)
+            for i, (kernel, stride) in enumerate(zip(KERNELS, STRIDES))
+        )
         self.norms = nn.ModuleList(nn.BatchNorm1d(WIDTH) for _ in KERNELS)
         self.head = nn.Linear(WIDTH, len(labels))
         self.register_buffer("mean", torch.zeros(widths[0]))
@@ -79,7 +84,8 @@ def windows_of(features: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Panel:
-    """Two judges of one kind, and how often each is right about the half of the labelled motion that it has not seen."""
+    """Two judges of one kind, and how often each is right about the half of the labelled motion that it has not
+    seen."""
 
     judges: tuple[Judge, Judge]
     held_out: float
@@ -104,23 +110,51 @@ def panels(data: Labelled, folder: Path, tick: Callable[[], object] = lambda: No
     for kind, (label, joints) in KINDS.items():
         labels = sorted({getattr(take, label) for half in halves for take in half})
         judges = tuple(_trained(kind, Judge(labels, joints), label, half, folder, tick) for half in halves)
-        right = [np.mean([np.mean([judge.labels[i] == getattr(take, label)
-                                   for i in judge.probabilities(windows_of(take.features)).argmax(axis=1)]) for take in other])
-                 for judge, other in zip(judges, halves[::-1])]
+        right = [
+            np.mean(
+                [
+                    np.mean(
+                        [
+                            judge.labels[i] == getattr(take, label)
+                            for i in judge.probabilities(windows_of(take.features)).argmax(axis=1)
+                        ]
+                    )
+                    for take in other
+                ]
+            )
+            for judge, other in zip(judges, halves[::-1])
+        ]
         result[kind] = Panel(judges, float(np.mean(right)))
     return result
 
 
-def _trained(kind: str, judge: Judge, label: str, takes: Sequence[Take], folder: Path, tick: Callable[[], object]) -> Judge:
-    told = [kind, judge.labels, judge.joints.tolist(), WIDTH, KERNELS, STRIDES, STEPS, BATCH, LEARNING_RATE, WEIGHT_DECAY,
-            DROPOUT, SMOOTHING, NOISE, PACES,
-            [(take.path.name, len(take.clip), round(float(take.clip.rotations.sum()), 3)) for take in takes]]
+def _trained(
+    kind: str, judge: Judge, label: str, takes: Sequence[Take], folder: Path, tick: Callable[[], object]
+) -> Judge:
+    told = [
+        kind,
+        judge.labels,
+        judge.joints.tolist(),
+        WIDTH,
+        KERNELS,
+        STRIDES,
+        STEPS,
+        BATCH,
+        LEARNING_RATE,
+        WEIGHT_DECAY,
+        DROPOUT,
+        SMOOTHING,
+        NOISE,
+        PACES,
+        [(take.path.name, len(take.clip), round(float(take.clip.rotations.sum()), 3)) for take in takes],
+    ]
     path = folder / f"{kind}-{hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]}.safetensors"
     return train_once(judge, path, lambda: _train(judge, label, takes, tick), STEPS, tick)
 
 
 def _train(judge: Judge, label: str, takes: Sequence[Take], tick: Callable[[], object]) -> None:
-    """AdamW with a learning rate that falls along a cosine; every label that these takes show is drawn equally often."""
+    """AdamW with a learning rate that falls along a cosine; every label that these takes show is drawn equally
+    often."""
     random = np.random.default_rng(0)
     by_label = {name: [take for take in takes if getattr(take, label) == name] for name in judge.labels}
     shown = [name for name, found in by_label.items() if found]

@@ -1,4 +1,5 @@
-"""Pictures of what the stylizer does, after Fig. 8, 9, 11 and 12 of the paper: stick figures walking from left to right."""
+"""Pictures of what the stylizer does, after Fig. 8, 9, 11 and 12 of the paper: stick figures walking from left to
+right."""
 
 from functools import partial
 from pathlib import Path
@@ -40,7 +41,8 @@ CONTENT = "accad/Male1_B3_Walk.bvh"  # the walk that is restyled
 
 
 def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
-    """Draws all pictures into a folder, made if missing. Raises ValueError or OSError where clips or folder do not serve."""
+    """Draws all pictures into a folder, made if missing. Raises ValueError or OSError where clips or folder do not
+    serve."""
     paths = {name: bundled.find_clip(data_dir, clips[0]) for name, (clips, _) in bundled.CLIPS.items()}
     clips = {name: _middle(load_clip(path)) for name, path in paths.items() if path}
     content = bundled.find_clip(data_dir, CONTENT)
@@ -49,9 +51,11 @@ def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     model, _ = weights.load()
     content = load_clip(content)
     looks = {name: encode(model, style_windows(clip_features(clip))) for name, clip in clips.items()}
-    drawings = {"content-only": lambda: content_only(model, {"neutral": content, **clips}, looks),
-                "interpolation": lambda: interpolation(model, content, looks),
-                "locality": lambda: locality(model, content, looks, clips)}
+    drawings = {
+        "content-only": lambda: content_only(model, {"neutral": content, **clips}, looks),
+        "interpolation": lambda: interpolation(model, content, looks),
+        "locality": lambda: locality(model, content, looks, clips),
+    }
     for part in ("left_leg", "left_arm") if model.config.attention else ():
         drawings[f"attention-{part}"] = partial(attention, model, content, clips, part)
     for name, look in looks.items():
@@ -82,10 +86,10 @@ def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], looks: Mapping[
         with torch.inference_mode():
             answer, _ = model(batch, *(expand_batch(style, batch.shape[1]) for style in (_mean(looks), own.features)))
             answer = model.restore(answer).double().numpy()
-        seen = clips[name][:len(answer) * WINDOW * STRIDE:STRIDE]
+        seen = clips[name][: len(answer) * WINDOW * STRIDE : STRIDE]
         pose = as_pose(seen)
         rows[name] = seen, SOURCE
-        delta = pose_delta(answer.reshape(-1, *answer.shape[2:]), features[:len(seen) * STRIDE:STRIDE])
+        delta = pose_delta(answer.reshape(-1, *answer.shape[2:]), features[: len(seen) * STRIDE : STRIDE])
         output = apply_delta(pose, rotations_of_delta(delta), delta[:, -1])
         rows[f"content of {name}"] = Clip(output.hips, to_local(output.rotations), seen.fps), OUTPUT
     return _rows(rows, step=STRIDE)
@@ -98,7 +102,9 @@ def interpolation(model: MotionPuzzle, content: Clip, looks: Mapping[str, Style]
     figure, panels = plt.subplots(2, 5, figsize=(11, 5), layout="constrained")
     for row, group in zip(panels, ("all", "arms")):
         for axes, share in zip(row, np.linspace(0, 1, 5)):
-            output = stylize(model, content, {part: Look(looks[first], 1.0, looks[other], share) for part in expand_part(group)})
+            output = stylize(
+                model, content, {part: Look(looks[first], 1.0, looks[other], share) for part in expand_part(group)}
+            )
             touched = set(expand_part(group))
             _row(axes, output, OUTPUT, TOUCHED, touched if group != "all" else set(), count=2)
             axes.set_title(f"{group}: {1 - share:.0%} {first}, {share:.0%} {other}", fontsize=8)
@@ -122,19 +128,23 @@ def locality(model: MotionPuzzle, content: Clip, looks: Mapping[str, Style], cli
 
 
 def attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip], part: str):
-    """Which instants of the style each instant of the content looks at (Fig. 9), and the poses at the brightest places."""
+    """Which instants of the style each instant of the content looks at (Fig. 9), and the poses at the brightest
+    places."""
     _, name = _two(clips)
     features, style = clip_features(content), clip_features(clips[name])
     start = int(START * len(features))
-    window = features[start:start + WINDOW * STRIDE:STRIDE]
+    window = features[start : start + WINDOW * STRIDE : STRIDE]
     motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
     windows = style_windows(style)
     seen = attention_map(model, motion, encode(model, windows), PART_NAMES.index(part))
     figure, (top, below) = plt.subplots(2, 1, figsize=(11, 6.5), layout="constrained", height_ratios=(1, 1.5))
     seconds = STYLE_WINDOW * STRIDE / 60
     top.imshow(seen, aspect="auto", cmap="magma", extent=(0, 3 * seconds, WINDOW * STRIDE / 60, 0))
-    top.set(title=f"attention of the {part.replace('_', ' ')}: a neutral walk looks at '{name}'",
-            xlabel="seconds of the style (three windows, side by side)", ylabel="seconds of the content")
+    top.set(
+        title=f"attention of the {part.replace('_', ' ')}: a neutral walk looks at '{name}'",
+        xlabel="seconds of the style (three windows, side by side)",
+        ylabel="seconds of the content",
+    )
     starts = np.linspace(0, len(style) - SHORTEST, len(windows)).round().astype(int)
     matched = []
     for sample in np.linspace(0, len(seen) - 1, 4).round().astype(int):
@@ -144,11 +154,21 @@ def attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip], par
         frame = int(starts[column // per_window] + (column % per_window + 0.5) * step)
         instant = start + int((sample + 0.5) * WINDOW * STRIDE / len(seen))
         matched.append((_upright(content)[instant], _upright(clips[name])[frame]))
-        top.plot((column + 0.5) / seen.shape[1] * 3 * seconds, (sample + 0.5) / len(seen) * WINDOW * STRIDE / 60, "o",
-                 markerfacecolor="none", markeredgecolor="w", markersize=9)
-        top.annotate(str(len(matched)), ((column + 0.5) / seen.shape[1] * 3 * seconds,
-                                         (sample + 0.5) / len(seen) * WINDOW * STRIDE / 60), color="w", xytext=(7, -3),
-                     textcoords="offset points")
+        top.plot(
+            (column + 0.5) / seen.shape[1] * 3 * seconds,
+            (sample + 0.5) / len(seen) * WINDOW * STRIDE / 60,
+            "o",
+            markerfacecolor="none",
+            markeredgecolor="w",
+            markersize=9,
+        )
+        top.annotate(
+            str(len(matched)),
+            ((column + 0.5) / seen.shape[1] * 3 * seconds, (sample + 0.5) / len(seen) * WINDOW * STRIDE / 60),
+            color="w",
+            xytext=(7, -3),
+            textcoords="offset points",
+        )
     for place, poses in enumerate(matched):
         for shift, pose, color in zip((0.0, 0.9), poses, (SOURCE, TARGET)):
             draw_pose(below, pose, 2.4 * place + shift, color, TOUCHED, {part})
@@ -166,7 +186,15 @@ def _rows(clips: Mapping[str, tuple[Clip, str]], step: int = 1):
     return figure
 
 
-def _row(axes, clip: Clip, color: str, touched_color: str = "", touched: Sequence[str] = (), count: int = POSES, step: int = 1):
+def _row(
+    axes,
+    clip: Clip,
+    color: str,
+    touched_color: str = "",
+    touched: Sequence[str] = (),
+    count: int = POSES,
+    step: int = 1,
+):
     """`count` poses of SECONDS of a clip, side by side."""
     span = SECONDS * 60 / step * count / POSES
     first = min(int(START * len(clip)), max(0, len(clip) - int(span) - 1))
@@ -191,9 +219,17 @@ def draw_pose(axes, joints: np.ndarray, at: float, color: str, touched_color: st
             part = PART_NAMES[PART_OF_JOINT[joint]]
             near = part == "spine" or part.startswith("left")
             ends = seen[[PARENTS[joint], joint]]
-            axes.plot(at + ends[:, 0], ends[:, 1], color=touched_color if part in touched else color, lw=3.2 if near else 2.6,
-                      alpha=NEAR if near else FAR, solid_capstyle="round")
-    axes.plot(at + seen[12, 0], seen[12, 1] + 0.1, "o", color=touched_color if "spine" in touched else color, markersize=7)
+            axes.plot(
+                at + ends[:, 0],
+                ends[:, 1],
+                color=touched_color if part in touched else color,
+                lw=3.2 if near else 2.6,
+                alpha=NEAR if near else FAR,
+                solid_capstyle="round",
+            )
+    axes.plot(
+        at + seen[12, 0], seen[12, 1] + 0.1, "o", color=touched_color if "spine" in touched else color, markersize=7
+    )
 
 
 def finish_axes(axes) -> None:
@@ -206,19 +242,23 @@ def finish_axes(axes) -> None:
 def _middle(clip: Clip) -> Clip:
     """The clip without its ends, as the bundled styles are computed."""
     margin = int(len(clip) * bundled.MARGIN)
-    return clip[margin:len(clip) - margin]
+    return clip[margin : len(clip) - margin]
 
 
 def _whole_windows(features: np.ndarray) -> np.ndarray:
     """(n, WINDOW, 21, 15) side by side, from 60 Hz features."""
     count = len(features) // (WINDOW * STRIDE)
-    return features[:count * WINDOW * STRIDE:STRIDE].reshape(count, WINDOW, *features.shape[1:])
+    return features[: count * WINDOW * STRIDE : STRIDE].reshape(count, WINDOW, *features.shape[1:])
 
 
 def _mean(looks: Mapping[str, Style]) -> Style:
     """The mean of styles with as many tokens each."""
-    return {level: PartStyle(*(torch.stack(values).mean(dim=0) for values in zip(*(look[level] for look in looks.values()))))
-            for level in next(iter(looks.values()))}
+    return {
+        level: PartStyle(
+            *(torch.stack(values).mean(dim=0) for values in zip(*(look[level] for look in looks.values())))
+        )
+        for level in next(iter(looks.values()))
+    }
 
 
 def _two(named: Mapping) -> tuple[str, str]:

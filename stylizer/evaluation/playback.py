@@ -44,7 +44,8 @@ class Stream:
 
 
 def live(styles: Styles, content: Clip, worn: Callable[[int], Mapping[str, Worn]]) -> Stream:
-    """A clip (60 Hz, grounded) played as if the controller made it; worn(frame) is what the parts wear in each frame."""
+    """A clip (60 Hz, grounded) played as if the controller made it; worn(frame) is what the parts wear in each
+    frame."""
     stylizer, latency = _Watched(catalogue.stylizer_of(styles)), Latency()
     session = Session(_Player(content), stylizer, latency)
     locked = [session.step(Command(style=worn(frame))).styled for frame in range(len(content))]
@@ -53,8 +54,8 @@ def live(styles: Styles, content: Clip, worn: Callable[[int], Mapping[str, Worn]
 
 
 class _Player:
-    """A `sim.session.Controller` that gives a clip's frames, one after the other, whatever it is told; only how far its root goes
-    with each is as far as styled legs carry it."""
+    """A `sim.session.Controller` that gives a clip's frames, one after the other, whatever it is told; only how far its
+    root goes with each is as far as styled legs carry it."""
 
     def __init__(self, clip: Clip) -> None:
         self.poses = as_pose(clip)
@@ -66,7 +67,9 @@ class _Player:
     def step(self, command: Command, pace: Pace = OWN_PACE) -> Pose:
         pose = self.poses[self.frame]
         if self.frame:
-            self.shift = self.shift + (pace.stride - 1) * (pose.root_position - self.poses[self.frame - 1].root_position)
+            self.shift = self.shift + (pace.stride - 1) * (
+                pose.root_position - self.poses[self.frame - 1].root_position
+            )
         self.frame += 1
         return replace(pose, root_position=pose.root_position + self.shift, hips=pose.hips + self.shift)
 

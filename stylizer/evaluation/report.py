@@ -1,4 +1,5 @@
-"""Evaluation of the stylizer: judges trained on one half of the labelled motion, every network judged on the other (Sec. 7.2)."""
+"""Evaluation of the stylizer: judges trained on one half of the labelled motion, every network judged on the other
+(Sec. 7.2)."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +17,19 @@ from stylizer.evaluation.transfer_benchmark import TRIALS, Judges, Transfer, mil
 from stylizer.networks import checkpoint as weights
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
-# What is measured, in the order of the table: name of the weights, offline or live, pairs a trial. Where the weights are not
-# there, the row is left out.
-ROWS = (("full", "offline", 22), ("large", "offline", 22), ("slim", "offline", 44), ("slim", "live", 22),
-        ("no_key_poses", "offline", 44), ("key_poses_alone", "offline", 44), ("no_attention", "offline", 44),
-        ("whole_body_adain", "offline", 44), ("paper_losses", "offline", 44))
+# What is measured, in the order of the table: name of the weights, offline or live, pairs a trial. Where the weights
+# are not there, the row is left out.
+ROWS = (
+    ("full", "offline", 22),
+    ("large", "offline", 22),
+    ("slim", "offline", 44),
+    ("slim", "live", 22),
+    ("no_key_poses", "offline", 44),
+    ("key_poses_alone", "offline", 44),
+    ("no_attention", "offline", 44),
+    ("whole_body_adain", "offline", 44),
+    ("paper_losses", "offline", 44),
+)
 LEFT_OUT = "left_out"  # weights whose training left some styles out, and what that option is called
 LEFT_OUT_SIZE = SAME_CONTENT_SIZE = 22
 REAL_SIZE = 88
@@ -41,10 +50,12 @@ class Evaluation:
 
 
 def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | None = None) -> Evaluation:
-    """Trains the judges (or finds them trained), judges every network whose weights are there, measures the shipped one further.
+    """Trains the judges (or finds them trained), judges every network whose weights are there, measures the shipped one
+    further.
 
-    folder: where more weights lie than those shipped (full.safetensors ...). progress(steps) is told how much there is to do
-    and returns what to call once a step. Raises ValueError where `data_dir` holds no labelled motion or weights are broken."""
+    folder: where more weights lie than those shipped (full.safetensors ...). progress(steps) is told how much there is
+    to do and returns what to call once a step. Raises ValueError where `data_dir` holds no labelled motion or weights
+    are broken."""
     found = weights_found([*(name for name, _, _ in ROWS), LEFT_OUT], folder)
     left_out = found.pop(LEFT_OUT, None)
     present = [entry for entry in ROWS if entry[0] in found]
@@ -59,12 +70,21 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
     for name, mode, size in present:
         transfer = Transfer(models[name], mode)
         figures = row(transfer, data.generate, judges, size, tick)
-        rows.append({"model": name, "mode": mode, **figures, "parameters": [models[name].parameter_count(), 0],
-                     "ms_per_frame": milliseconds(transfer)})
+        rows.append(
+            {
+                "model": name,
+                "mode": mode,
+                **figures,
+                "parameters": [models[name].parameter_count(), 0],
+                "ms_per_frame": milliseconds(transfer),
+            }
+        )
     figures = Further(models[SHIPPED], data.generate).all(tick)
     for mode in ("offline", "live"):
         transfer = Transfer(models[SHIPPED], mode)
-        figures[f"same_content_{mode}"] = row(transfer, data.generate, judges, SAME_CONTENT_SIZE, tick, same_content=True)
+        figures[f"same_content_{mode}"] = row(
+            transfer, data.generate, judges, SAME_CONTENT_SIZE, tick, same_content=True
+        )
     if left_out:
         figures[LEFT_OUT] = _unseen(left_out / f"{LEFT_OUT}.safetensors", data, judges, tick)
     figures["real_where_unknown"] = real_where_unknown(data, kept, cache_folder(), tick)
@@ -82,7 +102,8 @@ def weights_found(names: Iterable[str], folder: Path | None) -> dict[str, Path]:
 
 
 def judged(data_dir: Path, tick: Callable[[], object]) -> tuple[Labelled, Judges]:
-    """The labelled motion and judges trained on it, on one thread as all that is timed; calls tick once a file and a step."""
+    """The labelled motion and judges trained on it, on one thread as all that is timed; calls tick once a file and a
+    step."""
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)
     data = labelled.load(data_dir, tick)

@@ -26,7 +26,8 @@ SEGMENT = WARM_UP + SHORTEST
 CENTI = 100
 TARGET = "target"
 JUDGED = ("sra", "cra", "fmd", "style_fid")
-SPLIT = ("sra_known", "cra_known", "sra_unknown", "cra_unknown")  # by whether the judges have seen that content in that style
+# by whether the judges have seen that content in that style
+SPLIT = ("sra_known", "cra_known", "sra_unknown", "cra_unknown")
 FIGURES = (*JUDGED, *SPLIT, "geodesic", "skate_cm_s", "jitter_ratio", *(f"drawn_{name}" for name in JUDGED))
 
 Figures = dict[str, list[float] | None]  # [mean, deviation] over the trials
@@ -40,8 +41,8 @@ class Judges:
 
 
 class Transfer:
-    """A network at work, the same way for both modes: (source clip, source take, target take) -> what the network answers,
-    as features (frames, 21, 15), and the clip that is drawn, its feet in order."""
+    """A network at work, the same way for both modes: (source clip, source take, target take) -> what the network
+    answers, as features (frames, 21, 15), and the clip that is drawn, its feet in order."""
 
     def __init__(self, model: Scaled, mode: str) -> None:
         self.model, self.mode, self.seconds, self.frames = model, mode, 0.0, 0
@@ -50,8 +51,11 @@ class Transfer:
     def __call__(self, content: Clip, source: Take, target: Take) -> tuple[np.ndarray, Clip]:
         own, style = self.style(source), self.style(target)
         if self.mode == "live":
-            stream = live(Styles(self.model, {OWN: own, TARGET: style}), content,
-                          lambda _: {part: (TARGET, 1.0) for part in PART_NAMES})
+            stream = live(
+                Styles(self.model, {OWN: own, TARGET: style}),
+                content,
+                lambda _: {part: (TARGET, 1.0) for part in PART_NAMES},
+            )
             self.seconds += stream.seconds * len(content)
             result = clip_features(stream.styled), stream.locked
         else:
@@ -73,14 +77,23 @@ def real_row(takes: Sequence[Take], judges: Judges, size: int) -> Figures:
         judged = _judged(_windows_of(clips), [t.content for t in chosen], [t.style for t in chosen], judges)
         order = random.permutation(len(chosen))
         halves = [_windows_of([clips[i] for i in half]) for half in (order[::2], order[1::2])]
-        distances = {name: frechet_distance(*(judge.names(half)[1] for half in halves))
-                     for name, judge in (("fmd", judges.content), ("style_fid", judges.style))}
+        distances = {
+            name: frechet_distance(*(judge.names(half)[1] for half in halves))
+            for name, judge in (("fmd", judges.content), ("style_fid", judges.style))
+        }
         trials.append(judged | distances | {"skate_cm_s": _drawn(clips, clips)["skate_cm_s"]})
     return _summary(trials)
 
 
-def row(transfer: Transfer, takes: Sequence[Take], judges: Judges, size: int, tick: Callable[[], object],
-        targets: Sequence[Take] | None = None, same_content: bool = False) -> Figures:
+def row(
+    transfer: Transfer,
+    takes: Sequence[Take],
+    judges: Judges,
+    size: int,
+    tick: Callable[[], object],
+    targets: Sequence[Take] | None = None,
+    same_content: bool = False,
+) -> Figures:
     """TRIALS times `size` pairs, sources balanced over contents and targets over styles; calls tick once a pair.
 
     targets: the takes whose styles are put on (None: all). same_content: a source walks where its target walks."""
@@ -107,22 +120,35 @@ def row(transfer: Transfer, takes: Sequence[Take], judges: Judges, size: int, ti
             tick()
         labels = [s.content for s, _ in pairs], [t.style for _, t in pairs]
         of_drawn = _judged(_windows_of(outputs), *labels, judges, reference)
-        trials.append(_judged(np.stack(answers), *labels, judges, reference) | _drawn(outputs, contents)
-                      | {f"drawn_{name}": value for name, value in of_drawn.items()})
+        trials.append(
+            _judged(np.stack(answers), *labels, judges, reference)
+            | _drawn(outputs, contents)
+            | {f"drawn_{name}": value for name, value in of_drawn.items()}
+        )
     return _summary(trials)
 
 
-def _judged(motion: np.ndarray, content: Sequence[str], style: Sequence[str], judges: Judges,
-            reference: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, float | None]:
+def _judged(
+    motion: np.ndarray,
+    content: Sequence[str],
+    style: Sequence[str],
+    judges: Judges,
+    reference: tuple[np.ndarray, np.ndarray] | None = None,
+) -> dict[str, float | None]:
     """JUDGED of windows (n, SAMPLES, 21, 15), with their labels and what both judges see in real ones."""
     named_content, of_content = judges.content.names(motion)
     named_style, of_style = judges.style.names(motion)
-    distances = {name: None if reference is None else frechet_distance(features, real)
-                 for name, features, real in zip(("fmd", "style_fid"), (of_content, of_style), reference or (None, None))}
+    distances = {
+        name: None if reference is None else frechet_distance(features, real)
+        for name, features, real in zip(("fmd", "style_fid"), (of_content, of_style), reference or (None, None))
+    }
     right = {"sra": np.array(named_style) == style, "cra": np.array(named_content) == content}
     known = np.array([pair in judges.known for pair in zip(content, style)])
-    split = {f"{name}_{kind}": float(hits[which].mean()) if which.any() else None
-             for kind, which in (("known", known), ("unknown", ~known)) for name, hits in right.items()}
+    split = {
+        f"{name}_{kind}": float(hits[which].mean()) if which.any() else None
+        for kind, which in (("known", known), ("unknown", ~known))
+        for name, hits in right.items()
+    }
     return {**{name: float(hits.mean()) for name, hits in right.items()}, **distances, **split}
 
 
@@ -130,11 +156,16 @@ def _drawn(outputs: Sequence[Clip], contents: Sequence[Clip]) -> dict[str, float
     """The figures of drawn clips beside their contents, over the last SHORTEST frames."""
     last = slice(-SHORTEST, None)
     roots = [root_frame(clip.positions()).positions[last] for clip in contents]
-    jerks = [[np.nanmean(jerk(clip.positions()[last], root)) for clip, root in zip(clips, roots)]
-             for clips in (outputs, contents)]
+    jerks = [
+        [np.nanmean(jerk(clip.positions()[last], root)) for clip, root in zip(clips, roots)]
+        for clips in (outputs, contents)
+    ]
     skates = np.concatenate([foot_skate(clip.positions()[last][:, TOES]).ravel() for clip in outputs])
-    return {"geodesic": float(np.mean([geodesic(o.rotations[last], c.rotations[last]) for o, c in zip(outputs, contents)])),
-            "skate_cm_s": float(np.nanmean(skates)) * CENTI, "jitter_ratio": float(np.mean(jerks[0]) / np.mean(jerks[1]))}
+    return {
+        "geodesic": float(np.mean([geodesic(o.rotations[last], c.rotations[last]) for o, c in zip(outputs, contents)])),
+        "skate_cm_s": float(np.nanmean(skates)) * CENTI,
+        "jitter_ratio": float(np.mean(jerks[0]) / np.mean(jerks[1])),
+    }
 
 
 def _windows_of(clips: Sequence[Clip]) -> np.ndarray:
@@ -144,7 +175,7 @@ def _windows_of(clips: Sequence[Clip]) -> np.ndarray:
 def _segment(random: np.random.Generator, clip: Clip) -> Clip:
     length = min(SEGMENT, len(clip))
     start = int(random.integers(0, len(clip) - length + 1))
-    return clip[start:start + length]
+    return clip[start : start + length]
 
 
 def _balanced(random: np.random.Generator, takes: Sequence[Take], label: str, size: int) -> list[int]:

@@ -1,7 +1,8 @@
-"""The layers that the whole-body systems share: temporal and graph convolutions, AdaIN by a style code, domain branches.
+"""The layers that the whole-body systems share: temporal and graph convolutions, AdaIN by a style code, domain
+branches.
 
-Feature maps are (vertex, batch, time, channel), as in `stylizer.networks.layers`. A temporal convolution is a graph convolution
-on BODY, the skeleton as one vertex, so that one implementation serves all."""
+Feature maps are (vertex, batch, time, channel), as in `stylizer.networks.layers`. A temporal convolution is a graph
+convolution on BODY, the skeleton as one vertex, so that one implementation serves all."""
 
 from typing import Callable, Sequence
 
@@ -22,11 +23,12 @@ class Rooted(Graph):
     """A graph whose neighbours are told apart by where they lie (Yan et al. 2018; Park et al. 2021, Eq. 1)."""
 
     def mixing(self, distance: int = 2) -> np.ndarray:
-        """(distance + 1, V, V): label 0 takes the vertex itself, 1 averages its neighbours nearer to the hips, 2 the others."""
+        """(distance + 1, V, V): label 0 takes the vertex itself, 1 averages its neighbours nearer to the hips, 2 the
+        others."""
         hops = self.hops()
         depth = hops[next(v for v, group in enumerate(self.groups) if HIPS in group)]
         nearer = depth[None] < depth[:, None]
-        labels = [hops == 0, (hops == 1) & nearer, (hops == 1) & ~nearer][:distance + 1]
+        labels = [hops == 0, (hops == 1) & nearer, (hops == 1) & ~nearer][: distance + 1]
         matrices = np.stack(labels).astype(np.float32)
         return matrices / np.maximum(matrices.sum(axis=2, keepdims=True), 1.0)
 
@@ -66,7 +68,8 @@ def by_joint(x: Tensor) -> Tensor:
 
 
 def for_each(x: Tensor, codes: Tensor) -> Tensor:
-    """A feature (V, B, T, C) of B motions once for each style that they are wanted in: (V, n B, T, C) for codes (n B, code)."""
+    """A feature (V, B, T, C) of B motions once for each style that they are wanted in: (V, n B, T, C) for codes (n B,
+    code)."""
     return x.repeat(1, len(codes) // x.shape[1], 1, 1)
 
 
@@ -85,19 +88,22 @@ class Plain(nn.Module):
 
 
 class InstanceNorm(nn.Module):
-    """Zero mean and unit variance over vertices and time, channel by channel: what takes the style out of the content."""
+    """Zero mean and unit variance over vertices and time, channel by channel: what takes the style out of the
+    content."""
 
     def forward(self, x: Tensor, code: Tensor | None = None) -> Tensor:
         return normalized(x, (0, 2))
 
 
 class AdaIN(nn.Module):
-    """Adaptive instance normalization (Huang & Belongie 2017): mean and deviation of each channel are what a style code says."""
+    """Adaptive instance normalization (Huang & Belongie 2017): mean and deviation of each channel are what a style code
+    says."""
 
     def __init__(self, code: int, channels: int) -> None:
         super().__init__()
         self.affine = nn.Linear(code, 2 * channels)
-        nn.init.normal_(self.affine.weight, std=code ** -0.5)  # the library's would let codes matter too little to be learned
+        # the library's would let codes matter too little to be learned
+        nn.init.normal_(self.affine.weight, std=code**-0.5)
 
     def forward(self, x: Tensor, code: Tensor) -> Tensor:
         """(V, B, T, C), (B, code) -> (V, B, T, C)"""
@@ -108,23 +114,32 @@ class AdaIN(nn.Module):
 class ResBlock(nn.Module):
     """Two convolutions, each after normalization and activation, round which the feature passes on (He et al. 2016).
 
-    norm: makes the normalization of so many channels, such as `InstanceNorm` or AdaIN of a code. coarse: the graph that the
-    feature is pooled to between the convolutions, the second of which then widens it (Choi et al. 2020)."""
+    norm: makes the normalization of so many channels, such as `InstanceNorm` or AdaIN of a code. coarse: the graph that
+    the feature is pooled to between the convolutions, the second of which then widens it (Choi et al. 2020)."""
 
-    def __init__(self, graph: Graph, channels_in: int, channels_out: int, taps: int,
-                 norm: Callable[[int], nn.Module] = lambda channels: Plain(), coarse: Graph | None = None) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        channels_in: int,
+        channels_out: int,
+        taps: int,
+        norm: Callable[[int], nn.Module] = lambda channels: Plain(),
+        coarse: Graph | None = None,
+    ) -> None:
         super().__init__()
         between = channels_in if coarse else channels_out
         self.norm1, self.conv1 = norm(channels_in), conv(graph, channels_in, between, taps)
         self.norm2, self.conv2 = norm(between), conv(coarse or graph, between, channels_out, taps)
         self.pool = Pool(graph, coarse) if coarse else nn.Identity()
-        self.shortcut = nn.Identity() if channels_in == channels_out else nn.Linear(channels_in, channels_out, bias=False)
+        self.shortcut = (
+            nn.Identity() if channels_in == channels_out else nn.Linear(channels_in, channels_out, bias=False)
+        )
 
     def forward(self, x: Tensor, code: Tensor | None = None) -> Tensor:
         """(V, B, T, channels_in) -> (V, B, T, channels_out), or pooled (V coarse, B, T / 2, channels_out)."""
         y = self.pool(self.conv1(leaky(self.norm1(x, code))))
         y = self.conv2(leaky(self.norm2(y, code)))
-        return (self.shortcut(self.pool(x)) + y) * 0.5 ** 0.5  # as large as either
+        return (self.shortcut(self.pool(x)) + y) * 0.5**0.5  # as large as either
 
 
 class DomainHead(nn.Module):

@@ -17,8 +17,12 @@ from stylizer.networks.normalization import Scaled
 FOLDER = Path(__file__).parents[1] / "weights"
 # What a file's header calls its model -> the class, in a module that is imported when it is wanted.
 MOTION_PUZZLE = "motion-puzzle"
-KINDS = {MOTION_PUZZLE: ("motion_puzzle.model", "MotionPuzzle"), "unpaired": ("unpaired", "Unpaired"),
-         "diverse": ("diverse", "Diverse"), "latent": ("latent", "Latent")}
+KINDS = {
+    MOTION_PUZZLE: ("motion_puzzle.model", "MotionPuzzle"),
+    "unpaired": ("unpaired", "Unpaired"),
+    "diverse": ("diverse", "Diverse"),
+    "latent": ("latent", "Latent"),
+}
 VERSION = "1"
 SLIM = "slim"  # the name of the shipped real-time network
 STATISTICS = ("mean", "deviation")  # kept in float32
@@ -27,8 +31,10 @@ STATISTICS = ("mean", "deviation")  # kept in float32
 def save(model: Scaled, path: Path, **origin: str) -> None:
     """Writes weights as float16; `origin` says training data, licence, command and commit."""
     header = {**_expected(), "model": model.KIND, "config": json.dumps(model.settings()), **origin}
-    tensors = {name: (value if name.rpartition(".")[2] in STATISTICS else value.half()).contiguous()
-               for name, value in model.state_dict().items()}
+    tensors = {
+        name: (value if name.rpartition(".")[2] in STATISTICS else value.half()).contiguous()
+        for name, value in model.state_dict().items()
+    }
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as temporary:
         save_file(tensors, temporary, header)
@@ -44,7 +50,9 @@ def load(name: str = SLIM, folder: Path | None = None) -> tuple[Scaled, str]:
         if header.get(key) != wanted:
             raise ValueError(f"{path} was made for {key} '{header.get(key)}', not '{wanted}': train again")
     if header.get("model") not in KINDS:
-        raise ValueError(f"{path} was made for model '{header.get('model')}', not one of {', '.join(KINDS)}: train again")
+        raise ValueError(
+            f"{path} was made for model '{header.get('model')}', not one of {', '.join(KINDS)}: train again"
+        )
     module, kind = KINDS[header["model"]]
     kind = getattr(import_module(f"stylizer.systems.{module}"), kind)
     settings = json.loads(header["config"]).items()
@@ -70,8 +78,10 @@ def _path(name: str, folder: Path | None) -> Path:
     path = (folder or FOLDER) / f"{name}.safetensors"
     if not path.exists():
         there = ", ".join(sorted(other.stem for other in path.parent.glob("*.safetensors")))
-        raise ValueError(f"no stylizer weights at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'"
-                         + f"; there are {there}" * bool(there))
+        raise ValueError(
+            f"no stylizer weights at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'"
+            + f"; there are {there}" * bool(there)
+        )
     return path
 
 

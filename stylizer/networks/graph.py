@@ -1,4 +1,5 @@
-"""The skeleton as three graphs G1 (joints), G2 and G3 (body parts), all derived from the table in `sim.body.skeleton`."""
+"""The skeleton as three graphs G1 (joints), G2 and G3 (body parts), all derived from the table in
+`sim.body.skeleton`."""
 
 from dataclasses import dataclass
 

@@ -43,14 +43,15 @@ class _SumOfTaps(torch.autograd.Function):
     def backward(ctx, gradient: Tensor) -> Tensor:
         half, time = ctx.taps // 2, gradient.shape[2]
         padded = F.pad(gradient, (0, 0, half, half))
-        return torch.stack([padded[:, :, 2 * half - k:2 * half - k + time] for k in range(ctx.taps)], dim=3)
+        return torch.stack([padded[:, :, 2 * half - k : 2 * half - k + time] for k in range(ctx.taps)], dim=3)
 
 
 class STConv(nn.Module):
     """Spatial-temporal graph convolution (Eq. 1, 2): own weights for each hop distance 0..K and each of `taps` samples.
 
-    Neighbours are averaged first; then one matrix product makes what every sample gives to each of its neighbours in time,
-    and these are summed. On a CPU that is two to four times as quick as the library's convolution, in training too."""
+    Neighbours are averaged first; then one matrix product makes what every sample gives to each of its neighbours in
+    time, and these are summed. On a CPU that is two to four times as quick as the library's convolution, in training
+    too."""
 
     def __init__(self, graph: Graph, channels_in: int, channels_out: int, distance: int, taps: int) -> None:
         super().__init__()
@@ -70,11 +71,12 @@ class STConv(nn.Module):
 
 
 class JointLinear(nn.Module):
-    """A linear layer with weights of its own for each vertex: a graph convolution hardly knows an elbow from a wrist."""
+    """A linear layer with weights of its own for each vertex: a graph convolution hardly knows an elbow from a
+    wrist."""
 
     def __init__(self, vertices: int, channels_in: int, channels_out: int) -> None:
         super().__init__()
-        bound = channels_in ** -0.5
+        bound = channels_in**-0.5
         self.weight = nn.Parameter(torch.empty(vertices, channels_in, channels_out).uniform_(-bound, bound))
         self.bias = nn.Parameter(torch.zeros(vertices, 1, channels_out))
 
@@ -157,15 +159,15 @@ class PartStyle(NamedTuple):
 class BPAdaIN(nn.Module):
     """Adaptive instance normalization by body part (Eq. 8, 9): each part takes the scale and bias of its own style.
 
-    by_part=False is the ablation of Sec. 7.2: one normalization, one scale and bias for the whole body. statistics: 1 makes
-    them of the style's mean alone, 2 of its mean and deviation over vertices and time."""
+    by_part=False is the ablation of Sec. 7.2: one normalization, one scale and bias for the whole body. statistics: 1
+    makes them of the style's mean alone, 2 of its mean and deviation over vertices and time."""
 
     def __init__(self, graph: Graph, channels: int, by_part: bool, statistics: int) -> None:
         super().__init__()
         self.parts = Parts(graph)
         self.by_part, self.statistics = by_part, statistics
         parts, inputs = len(graph.parts) if by_part else 1, statistics * channels
-        self.weight = nn.Parameter(torch.randn(parts, inputs, 2 * channels) * inputs ** -0.5 * 0.5)
+        self.weight = nn.Parameter(torch.randn(parts, inputs, 2 * channels) * inputs**-0.5 * 0.5)
         self.bias = nn.Parameter(torch.cat([torch.ones(parts, 1, channels), torch.zeros(parts, 1, channels)], dim=2))
 
     def _moments(self, x: Tensor) -> tuple[Tensor, Tensor]:
@@ -180,7 +182,8 @@ class BPAdaIN(nn.Module):
     def style_side(self, style: Tensor) -> tuple[Tensor, Tensor]:
         """Scale and bias, (5, B, C) each, from a style feature (V, B, S, C): affine in its statistics."""
         mean, variance = self._moments(self.parts.split(style))
-        statistics = torch.cat([mean, (variance + 1e-5).sqrt()][:self.statistics], dim=4)[:, 0, :, 0]  # (5, B, 1 or 2 C)
+        # (5, B, 1 or 2 C)
+        statistics = torch.cat([mean, (variance + 1e-5).sqrt()][: self.statistics], dim=4)[:, 0, :, 0]
         affine = statistics @ self.weight + self.bias
         scale, bias = affine.expand(len(self.parts.mask), -1, -1).chunk(2, dim=2)
         return scale, bias

@@ -1,4 +1,5 @@
-"""What all style-transfer networks share: their configuration, and the statistics that scale motion features for them."""
+"""What all style-transfer networks share: their configuration, and the statistics that scale motion features for
+them."""
 
 from dataclasses import asdict
 
@@ -11,7 +12,8 @@ from sim.motion.features import FEATURES
 
 
 class Scaled(nn.Module):
-    """A network with its configuration (a dataclass) and the mean and deviation of the features of `sim.motion.features`."""
+    """A network with its configuration (a dataclass) and the mean and deviation of the features of
+    `sim.motion.features`."""
 
     NOISE = 0  # standard normal numbers that a style by chance is made of; 0: styles come from clips only
 

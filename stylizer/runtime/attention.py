@@ -1,4 +1,5 @@
-"""What a body part's attention looks at: the map A of BP-ATN (Jang et al. 2022, Eq. 12), read out of the running network."""
+"""What a body part's attention looks at: the map A of BP-ATN (Jang et al. 2022, Eq. 12), read out of the running
+network."""
 
 import numpy as np
 import torch
@@ -17,7 +18,8 @@ def attention_map(model: MotionPuzzle, motion: Tensor, style: dict[int, PartStyl
     """How much the content at each sample (rows) looks at each sample of the style clips (columns); rows add up to 1.
 
     motion: normalized, (21, 1, T, 15); style: of every part, as the decoder wants it; part: its place in PART_NAMES.
-    Gives (T / 2, samples of the style's windows, one after the other). Raises ValueError for a model without attention."""
+    Gives (T / 2, samples of the style's windows, one after the other). Raises ValueError for a model without
+    attention."""
     layer = model.decoder.blocks[str(LEVEL)].attention
     if layer is None:
         raise ValueError("these stylizer weights were trained without attention")

@@ -21,6 +21,7 @@ def bank(name: str | None = None) -> Bank:
     if weights.kind(name) == weights.MOTION_PUZZLE:
         return Bank(name)
     from stylizer.styles.code_bank import CodeBank
+
     return CodeBank(name)
 
 
@@ -29,11 +30,13 @@ def stylizer_of(bank) -> LiveStylizer:
     if bank.model.KIND == weights.MOTION_PUZZLE:
         return LiveStylizer(bank)
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
+
     return WholeBodyStylizer(bank)
 
 
 def from_pretrained(name: str | None = None) -> LiveStylizer:
-    """The named weights and their bank, ready to run on one thread. Raises ValueError where they are missing or do not fit."""
+    """The named weights and their bank, ready to run on one thread. Raises ValueError where they are missing or do not
+    fit."""
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)
     return stylizer_of(bank(name))

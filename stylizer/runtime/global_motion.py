@@ -1,5 +1,5 @@
-"""What a style does to the way over the floor, for a whole clip: the velocity warp of Aberman et al. 2020 (Eq. 2), and the
-global motion that a network reads from the local one (Guo et al. 2024, Sec. 3.2.3)."""
+"""What a style does to the way over the floor, for a whole clip: the velocity warp of Aberman et al. 2020 (Eq. 2), and
+the global motion that a network reads from the local one (Guo et al. 2024, Sec. 3.2.3)."""
 
 from typing import Mapping, Sequence
 
@@ -18,8 +18,8 @@ SLOWEST, QUICKEST = 0.5, 2.0  # factors of a warp beyond which a style is no jud
 
 
 def warped(styled: Clip, content: np.ndarray, styles: Sequence[float]) -> Clip:
-    """The clip with its time warped by V^sty / V^con; content: its features before. styles: V of the style of each body part,
-    whose mean counts."""
+    """The clip with its time warped by V^sty / V^con; content: its features before. styles: V of the style of each body
+    part, whose mean counts."""
     return styled.paced(float(np.clip(np.mean(styles) / max(velocity_factor(content), 1e-6), SLOWEST, QUICKEST)))
 
 
@@ -28,7 +28,9 @@ def rerouted(model: WholeBody, styled: Clip) -> Clip:
 
     Raises ValueError for a system that has no such network."""
     if not hasattr(model, "root_way"):
-        raise ValueError(f"the {model.KIND} stylizer leaves the way over the floor to the content: leave --global-motion out")
+        raise ValueError(
+            f"the {model.KIND} stylizer leaves the way over the floor to the content: leave --global-motion out"
+        )
 
     @torch.inference_mode()
     def ask(windows: np.ndarray) -> np.ndarray:
@@ -48,8 +50,9 @@ def rerouted(model: WholeBody, styled: Clip) -> Clip:
 
 
 def changed(bank, styled: Clip, content: Clip, worn: Mapping[str, Worn]) -> Clip:
-    """The restyled clip with the style's own global motion, as the bank's system has it: the velocity warp of `unpaired`, or the
-    way that a network reads. worn: part -> what it wears, names or paths of clips as `offline.looks` takes them.
+    """The restyled clip with the style's own global motion, as the bank's system has it: the velocity warp of
+    `unpaired`, or the way that a network reads. worn: part -> what it wears, names or paths of clips as `offline.looks`
+    takes them.
 
     Raises ValueError for a system that has neither."""
     if not hasattr(bank, "speed_of"):

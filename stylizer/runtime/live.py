@@ -1,8 +1,8 @@
 """The live stylizer: restyles the newest frame, body part by body part, sixty times a second.
 
-Per joint, the rotation from the neutral to the styled pose is smoothed, scaled by the part's strength and applied to the neutral
-pose. So the neutral motion passes through untouched, strength 0 is the neutral pose exactly, and the network's noise is damped.
-"""
+Per joint, the rotation from the neutral to the styled pose is smoothed, scaled by the part's strength and applied to
+the neutral pose. So the neutral motion passes through untouched, strength 0 is the neutral pose exactly, and the
+network's noise is damped."""
 
 from itertools import groupby
 from pathlib import Path
@@ -40,14 +40,15 @@ from stylizer.systems.motion_puzzle.fast_inference import inference_form
 from stylizer.systems.motion_puzzle.style_tensors import Style, cat_batch, write_slot
 
 GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
-KEPT = 6  # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
+# joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
+KEPT = 6
 STEADY = 2  # samples over which a pose's velocity is measured
 FIRST, OTHER = 0, 1  # what a part wears, and what it is blended with
 
 
 class LiveStylizer:
-    """Implements `sim.session.Stylizer`, for one character or for a crowd. Deterministic: the same calls give the same poses,
-    bit for bit."""
+    """Implements `sim.session.Stylizer`, for one character or for a crowd. Deterministic: the same calls give the same
+    poses, bit for bit."""
 
     SMOOTHING = 0.05  # half-life in seconds of the spring that what the network changes follows
     BLENDS = True  # a part's two styles are evaluated each by itself, and their rotations are blended
@@ -63,10 +64,12 @@ class LiveStylizer:
     def _prepare(self) -> None:
         """What the network needs before it is evaluated."""
         self._network = inference_form(self.bank.model)
-        self._kept: dict[tuple, tuple[list[Style], Style]] = {}  # by who is evaluated: each one's style, and those side by side
+        # by who is evaluated: each one's style, and those side by side
+        self._kept: dict[tuple, tuple[list[Style], Style]] = {}
 
     def crowd(self, count: int) -> "LiveStylizer":
-        """So many characters side by side with the same bank. The decoder is evaluated for some of them in every frame."""
+        """So many characters side by side with the same bank. The decoder is evaluated for some of them in every
+        frame."""
         return type(self)(self.bank, (count,))
 
     @property
@@ -80,8 +83,8 @@ class LiveStylizer:
         return getattr(self.bank, "controller", None)
 
     def learn(self, *paths: Path) -> tuple[str, Clip]:
-        """Adds a style made of BVH clips to the bank under a name made from the first file's: the name, and that clip on our
-        skeleton.
+        """Adds a style made of BVH clips to the bank under a name made from the first file's: the name, and that clip
+        on our skeleton.
 
         May run in another thread than `step`. Raises ValueError or OSError, in one sentence, for what is no style."""
         name = self.bank.free_name(paths[0])
@@ -102,11 +105,16 @@ class LiveStylizer:
         self._delta, self._rate = np.zeros((2, *rows))  # smoothed, and how fast it changes
         self._was_worn = np.zeros(rows[:-1], dtype=bool)
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
-             travel: np.ndarray | float = 1.0) -> Pose:
-        """window: features (..., 16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.style_spec), of a crowd one
-        for each; travel: (...) how many times as fast as the window says the body really goes, for the styles are those of a body
-        that goes so fast. Raises ValueError for a style that the bank does not hold."""
+    def step(
+        self,
+        window: np.ndarray,
+        neutral: Pose,
+        style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+        travel: np.ndarray | float = 1.0,
+    ) -> Pose:
+        """window: features (..., 16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.style_spec), of a
+        crowd one for each; travel: (...) how many times as fast as the window says the body really goes, for the styles
+        are those of a body that goes so fast. Raises ValueError for a style that the bank does not hold."""
         styles = style if self._leading else (style,)
         for name in {name for each in styles for worn in each.values() for name in names(worn)}:
             self.bank[name]
@@ -134,8 +142,8 @@ class LiveStylizer:
         return self._styled[..., LEG_PARTS]
 
     def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """What the styles of the legs ask for in each character's gait: speed and playback rate of sim.motion.playback_pace.Pace,
-        (...) each, 1 for legs without a style."""
+        """What the styles of the legs ask for in each character's gait: speed and playback rate of
+        sim.motion.playback_pace.Pace, (...) each, 1 for legs without a style."""
         asked = [self._pace_of(mixer, gait) for mixer, gait in zip(self.mixers, gaits, strict=True)]
         speed, rate = np.array(asked).reshape(*self._leading, 2).T if self._leading else asked[0]
         return np.asarray(speed), np.asarray(rate)
@@ -163,8 +171,8 @@ class LiveStylizer:
         return self._paces[key][1]
 
     def take_over(self, other: "LiveStylizer") -> None:
-        """Goes on from another stylizer's last step: strengths are kept, and the pose glides from its styles to ours. A part
-        whose style we do not have lets it go."""
+        """Goes on from another stylizer's last step: strengths are kept, and the pose glides from its styles to ours. A
+        part whose style we do not have lets it go."""
         self.bank.refresh()
         self.restart()
         self.mixers, self.inertializer, self.frame = other.mixers, other.inertializer, other.frame
@@ -184,8 +192,8 @@ class LiveStylizer:
             mixer.switch()
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
-        """What a body part's attention looks at now, of one character: (samples of the window / 2, samples of the style's
-        clips), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
+        """What a body part's attention looks at now, of one character: (samples of the window / 2, samples of the
+        style's clips), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
         with torch.inference_mode():
             motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
             return attention_map(self.bank.model, motion, self.mixers[0].styles(self.bank)[0], PART_NAMES.index(part))
@@ -202,8 +210,8 @@ class LiveStylizer:
         return self._delta
 
     def _deltas(self, window: np.ndarray, fresh: np.ndarray) -> np.ndarray:
-        """The delta (..., 22, 3) that the styles ask for in this frame, where a part is blended with another style on its way
-        from the one to the other."""
+        """The delta (..., 22, 3) that the styles ask for in this frame, where a part is blended with another style on
+        its way from the one to the other."""
         windows = window.reshape(-1, *window.shape[-3:])
         self._evaluate_decoder(windows)
         count = len(windows)
@@ -211,11 +219,15 @@ class LiveStylizer:
         shares = np.array([mixer.shares for mixer in self.mixers])
         fresh = fresh.reshape(count, -1)
         for which in (FIRST, OTHER):
-            ones = [one for one, mixer in enumerate(self.mixers) if any(mixer.strengths) and self._evaluates(which, mixer)]
+            ones = [
+                one for one, mixer in enumerate(self.mixers) if any(mixer.strengths) and self._evaluates(which, mixer)
+            ]
             if not ones:
                 continue
             styled, own = self._in_groups(self._key_poses, windows, ones, which).swapaxes(0, 1)
-            delta = pose_delta(styled + self._decoded[1, which, ones], own) * self._part_weights(ones)[:, PART_OF_ROW, None]
+            delta = (
+                pose_delta(styled + self._decoded[1, which, ones], own) * self._part_weights(ones)[:, PART_OF_ROW, None]
+            )
             before = np.where(fresh[ones][..., None], raw[FIRST, ones] if which == OTHER else 0.0, raw[which, ones])
             raw[which, ones] = unwrap(delta, before)
         blended = np.flatnonzero(shares.any(axis=-1))
@@ -247,9 +259,15 @@ class LiveStylizer:
         return any(movement.startswith("strafe") for movement in self.bank[name].gait.movements)
 
     def _with_residual(self, turns: np.ndarray, strengths: np.ndarray) -> np.ndarray:
-        """Rotations (..., 21, 4) with what of the styles' movement is not locked to the stride on top, in its own time."""
-        loops = [[(self.bank[part.name].gait.residual, 1 - part.share), (self.bank[part.other].gait.residual, part.share)]
-                 if part.strength else () for mixer in self.mixers for part in mixer.parts]
+        """Rotations (..., 21, 4) with what of the styles' movement is not locked to the stride on top, in its own
+        time."""
+        loops = [
+            [(self.bank[part.name].gait.residual, 1 - part.share), (self.bank[part.other].gait.residual, part.share)]
+            if part.strength
+            else ()
+            for mixer in self.mixers
+            for part in mixer.parts
+        ]
         if not any(loop is not None and share for loops_of_part in loops for loop, share in loops_of_part):
             return turns
         result = np.zeros((len(self.mixers), JOINT_COUNT, 3))
@@ -263,10 +281,12 @@ class LiveStylizer:
         return rot.multiply(rot.from_rotation_vector(result), turns)
 
     def _evaluate_decoder(self, windows: np.ndarray) -> None:
-        """The decoder says every PERIOD frames, or where a part changes its style, by how much features (..., 21, 15) change.
+        """The decoder says every PERIOD frames, or where a part changes its style, by how much features (..., 21, 15)
+        change.
 
-        Until it is evaluated again its part goes from where it is to what it says in equal steps: a little lag for a fraction of
-        the work, and windows that interleave (their samples are two frames apart) do not tremble against each other."""
+        Until it is evaluated again its part goes from where it is to what it says in equal steps: a little lag for a
+        fraction of the work, and windows that interleave (their samples are two frames apart) do not tremble against
+        each other."""
         due = [one for one, mixer in enumerate(self.mixers) if mixer.due()]
         newest, now = self._decoded
         for one, mixer in enumerate(self.mixers):
@@ -291,9 +311,9 @@ class LiveStylizer:
         return self._network.decoded(windows, *self._styles(ones, which))
 
     def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
-        """What key poses make of the moment that is to come when the spring, which lags, has caught up, so that a style's arm is
-        forward when the neutral one is: features (n, 2, 21, 15), in what these characters wear and in their own style. A pose
-        changes so steadily that its own velocity tells what is to come."""
+        """What key poses make of the moment that is to come when the spring, which lags, has caught up, so that a
+        style's arm is forward when the neutral one is: features (n, 2, 21, 15), in what these characters wear and in
+        their own style. A pose changes so steadily that its own velocity tells what is to come."""
         newest = windows[:, -1]
         coming = newest + lag(self.SMOOTHING) * FPS / STRIDE / STEADY * (newest - windows[:, -1 - STEADY])
         ways, styles = self._root_velocities(windows, ones), self._styles(ones, which)
@@ -308,8 +328,10 @@ class LiveStylizer:
     def _styles(self, ones: list[int], which: int) -> tuple[Style, Style]:
         """What these characters wear and their own style, each side by side along the batch."""
         mixers = [self.mixers[one] for one in ones]
-        return (self._side_by_side(ones, which, [mixer.styles(self.bank)[which] for mixer in mixers]),
-                self._side_by_side(ones, OWN, [mixer.own(self.bank) for mixer in mixers]))
+        return (
+            self._side_by_side(ones, which, [mixer.styles(self.bank)[which] for mixer in mixers]),
+            self._side_by_side(ones, OWN, [mixer.own(self.bank) for mixer in mixers]),
+        )
 
     def _side_by_side(self, ones: list[int], kind: int | str, styles: list[Style]) -> Style:
         """Styles of characters along the batch, put together once and kept until one of them changes."""
@@ -325,4 +347,3 @@ class LiveStylizer:
         if len(self._kept) > 2 * KEPT * (1 + len(self.mixers) // GROUP):
             del self._kept[next(iter(self._kept))]
         return result
-

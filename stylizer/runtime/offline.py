@@ -42,7 +42,8 @@ from stylizer.systems.whole_body import WholeBody, answers, joints_by_code, toge
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
 FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
 SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
-FEW, MANY = 3, 12  # windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
+# windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
+FEW, MANY = 3, 12
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,10 @@ def looks(bank: Bank, worn: Mapping[str, Worn]) -> dict[str, Look]:
 
     Raises ValueError or OSError for a style that the bank does not hold and that is no clip."""
     styles = {name: _style(bank, name) for wanted in worn.values() for name in names(wanted)}
-    return {part: Look(styles[wanted[0]], wanted[1], *((styles[wanted[2]], wanted[3]) if len(wanted) == 4 else ()))
-            for part, wanted in worn.items()}
+    return {
+        part: Look(styles[wanted[0]], wanted[1], *((styles[wanted[2]], wanted[3]) if len(wanted) == 4 else ()))
+        for part, wanted in worn.items()
+    }
 
 
 def _style(bank: Bank, name: str) -> StyleClips:
@@ -75,18 +78,26 @@ def stylize(model: Scaled, content: Clip, looks: Mapping[str, Look]) -> Clip:
 
     Raises ValueError for a clip of a few frames."""
     if len(content) < SHORTEST_CONTENT:
-        raise ValueError(f"{content.name} is too short to restyle: give at least {SHORTEST_CONTENT} frames at {FPS} a second")
+        raise ValueError(
+            f"{content.name} is too short to restyle: give at least {SHORTEST_CONTENT} frames at {FPS} a second"
+        )
     strengths = np.array([looks[part].strength if part in looks else 0.0 for part in PART_NAMES])
     return put_on(content, answer(model, clip_features(content), looks), strengths) if strengths.any() else content
 
 
 def put_on(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Clip:
-    """The clip with what the network answered, features (frames, 21, 15), put on at the strengths (5,), and its feet in order."""
+    """The clip with what the network answered, features (frames, 21, 15), put on at the strengths (5,), and its feet in
+    order."""
     delta = unwrap_frames(pose_delta(styled, clip_features(content))) * delta_weights(strengths)
     delta = gaussian_filter1d(delta, SMOOTHING, axis=0, mode="nearest")
     before = as_pose(content)
-    styled = preserve_hands(apply_delta(before, rotations_of_delta(delta), delta[..., -1, :]), before, strengths[ARM_PARTS])
-    to_floor = gaussian_filter1d(foot_height_error(styled, before), FLOOR_SMOOTHING, mode="nearest") * strengths[LEG_PARTS].min()
+    styled = preserve_hands(
+        apply_delta(before, rotations_of_delta(delta), delta[..., -1, :]), before, strengths[ARM_PARTS]
+    )
+    to_floor = (
+        gaussian_filter1d(foot_height_error(styled, before), FLOOR_SMOOTHING, mode="nearest")
+        * strengths[LEG_PARTS].min()
+    )
     after = feet_in_order(raise_feet(styled, to_floor) if to_floor.any() else styled, before)
     return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
 
@@ -109,15 +120,20 @@ def whole_body_answer(model: WholeBody, features: np.ndarray, looks: Mapping[str
     wanted = [looks.get(part) for part in PART_NAMES]
     keys = [look and (id(look.style), id(look.other), look.share) for look in wanted]
     by_key = {key: code(look) for key, look in zip(keys, wanted) if look}
-    styled = {key: overlapped(features, model.config.window,
-                              lambda windows, code=code: answers(model, windows, code.expand(len(windows), -1))[None])[0]
-              for key, code in by_key.items()}
+    styled = {
+        key: overlapped(
+            features,
+            model.config.window,
+            lambda windows, code=code: answers(model, windows, code.expand(len(windows), -1))[None],
+        )[0]
+        for key, code in by_key.items()
+    }
     return together(features, styled, joints_by_code(keys))
 
 
 def clip_style(model: Scaled, features: np.ndarray, label: str | None = None) -> StyleClips:
-    """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated. label: its domain,
-    for a whole-body system that knows it."""
+    """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated. label: its
+    domain, for a whole-body system that knows it."""
     count = FEW if len(features) < MANY * SHORTEST else MANY
     starts = np.linspace(0, max(len(features) - SHORTEST, 0), count).round().astype(int)
     windows = features[(starts[:, None] + STRIDE * np.arange(STYLE_WINDOW)) % len(features)]
@@ -126,8 +142,8 @@ def clip_style(model: Scaled, features: np.ndarray, label: str | None = None) ->
 
 
 def worn(own: StyleClips, looks: Mapping[str, Look], root_velocities: np.ndarray) -> tuple[Style, Style]:
-    """One style for the network, part by part, and the content's own, which the parts that have no look wear, both for windows
-    that move at root velocities (B, 3)."""
+    """One style for the network, part by part, and the content's own, which the parts that have no look wear, both for
+    windows that move at root velocities (B, 3)."""
     styles = {id(style): style for look in looks.values() for style in (look.style, look.other) if style}
     at = {key: style.at(root_velocities) for key, style in (styles | {id(own): own}).items()}
     first = [id(looks[part].style) if part in looks else id(own) for part in PART_NAMES]
@@ -145,8 +161,10 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, looks: Mapping[st
     def ask(windows: np.ndarray) -> np.ndarray:
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
         style, own_style = worn(own, looks, windows[:, :, 0, LAYOUT["root"]].mean(axis=1))
-        styled, rebuilt = (None if answers is None else model.restore(answers).double().numpy()
-                           for answers in model(motion, style, own_style))
+        styled, rebuilt = (
+            None if answers is None else model.restore(answers).double().numpy()
+            for answers in model(motion, style, own_style)
+        )
         return (styled if rebuilt is None else windows + (styled - rebuilt))[None]
 
     return overlapped(features, WINDOW, ask)[0]
@@ -155,4 +173,6 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, looks: Mapping[st
 def as_pose(clip: Clip) -> Pose:
     """All frames of a clip as one pose with a leading axis, its contacts told from its feet."""
     root = root_frame(clip.positions(), clip.fps)
-    return Pose(root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip), np.zeros(len(clip)))
+    return Pose(
+        root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip), np.zeros(len(clip))
+    )

@@ -13,8 +13,8 @@ BATCH = 64  # windows
 def overlapped(features: np.ndarray, samples: int, ask: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """(k, frames, a, b) from features (frames, 21, 15) at 60 Hz.
 
-    ask: windows (n, samples, 21, 15) at 30 Hz -> k motions of each, (k, n, samples, a, b), which need not be features. A clip
-    shorter than a window is held at its end."""
+    ask: windows (n, samples, 21, 15) at 30 Hz -> k motions of each, (k, n, samples, a, b), which need not be features.
+    A clip shorter than a window is held at its end."""
     frames, span = len(features), (samples - 1) * STRIDE
     padded = np.concatenate([features, features[-1:].repeat(max(span + 2 - frames, 0), axis=0)])
     last = len(padded) - 1 - span

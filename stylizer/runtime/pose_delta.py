@@ -1,7 +1,8 @@
 """What is taken from the network's answer: a rotation for each joint and a shift of the hips, applied to the content.
 
-A pose delta is (..., 22, 3): a rotation vector a joint, then the hips' shift in metres, all in the character's own frame. Deltas
-may be scaled, smoothed and added; a zero delta changes nothing, so unstyled parts pass through untouched."""
+A pose delta is (..., 22, 3): a rotation vector a joint, then the hips' shift in metres, all in the character's own
+frame. Deltas may be scaled, smoothed and added; a zero delta changes nothing, so unstyled parts pass through
+untouched."""
 
 import numpy as np
 
@@ -30,8 +31,8 @@ def pose_delta(styled: np.ndarray, content: np.ndarray) -> np.ndarray:
 
 
 def delta_weights(strengths: np.ndarray, legs: np.ndarray | None = None) -> np.ndarray:
-    """(..., 22, 3) what a delta is scaled by, from the strengths (..., 5) of the parts. How high the hips are is the legs' doing:
-    as much as both of them are styled, (..., 2), None for as much as their strengths say."""
+    """(..., 22, 3) what a delta is scaled by, from the strengths (..., 5) of the parts. How high the hips are is the
+    legs' doing: as much as both of them are styled, (..., 2), None for as much as their strengths say."""
     result = np.empty((*strengths.shape[:-1], len(PART_OF_ROW), 3))
     result[:] = strengths[..., PART_OF_ROW, None]
     result[..., HIPS_ROW, 1] = (strengths[..., LEG_PARTS] if legs is None else legs).min(axis=-1)
@@ -39,13 +40,15 @@ def delta_weights(strengths: np.ndarray, legs: np.ndarray | None = None) -> np.n
 
 
 def unwrap(delta: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """The same delta (..., 22, 3), each rotation told the way round the circle that is nearer to the delta before it."""
+    """The same delta (..., 22, 3), each rotation told the way round the circle that is nearer to the delta before
+    it."""
     turns = rot.nearest_turn(delta[..., :HIPS_ROW, :], before[..., :HIPS_ROW, :])
     return np.concatenate([turns, delta[..., HIPS_ROW:, :]], axis=-2)
 
 
 def unwrap_frames(delta: np.ndarray) -> np.ndarray:
-    """A clip's deltas (frames, 22, 3), each rotation told the way round the circle that is nearest to the frame before it."""
+    """A clip's deltas (frames, 22, 3), each rotation told the way round the circle that is nearest to the frame before
+    it."""
     return np.concatenate([rot.unwrap(delta[:, :HIPS_ROW]), delta[:, HIPS_ROW:]], axis=1)
 
 
@@ -55,8 +58,8 @@ def rotations_of_delta(delta: np.ndarray) -> np.ndarray:
 
 
 def apply_delta(content: Pose, turns: np.ndarray, shift: np.ndarray) -> Pose:
-    """The pose with its joints turned by quaternions (..., 21, 4) and its hips shifted by (..., 3), both in the character's
-    frame; a joint that is not turned stays as it is to the last bit."""
+    """The pose with its joints turned by quaternions (..., 21, 4) and its hips shifted by (..., 3), both in the
+    character's frame; a joint that is not turned stays as it is to the last bit."""
     vectors = turns.copy()
     vectors[..., 1:] = content.to_world(turns[..., 1:])
     rotations = rot.normalize(rot.multiply(vectors, content.rotations))
@@ -77,5 +80,8 @@ def preserve_hands(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
     if not which.any():
         return styled
     after = reach(styled, ARMS, styled.positions[..., ARMS[-1], :] - carried, ELBOWS_BACK, LIMB_REACH)
-    return after if which.all() else styled.with_body(
-        styled.hips, np.where(which[..., None, None], after.rotations, styled.rotations))
+    return (
+        after
+        if which.all()
+        else styled.with_body(styled.hips, np.where(which[..., None, None], after.rotations, styled.rotations))
+    )

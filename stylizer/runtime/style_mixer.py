@@ -1,4 +1,5 @@
-"""What one character's body parts wear: styles, strengths and shares on their way; and when the network is to be evaluated."""
+"""What one character's body parts wear: styles, strengths and shares on their way; and when the network is to be
+evaluated."""
 
 from typing import Collection, Mapping
 
@@ -21,7 +22,8 @@ DT = 1 / FPS
 
 
 class StyleMixer:
-    """A character's five parts. The network is evaluated every `period` frames, and at once where a part changes its style."""
+    """A character's five parts. The network is evaluated every `period` frames, and at once where a part changes its
+    style."""
 
     def __init__(self, period: int, turn: int = 0) -> None:
         """turn: so many frames later its turn comes; so most of a crowd rests while the others are evaluated."""
@@ -34,7 +36,8 @@ class StyleMixer:
         # (2, 3) that styles are interpolated for: of the body, and of the neutral motion, whose own style is taken off.
         self.root_velocities = np.full((2, 3), np.inf)
         self._kept: dict[tuple, Style] = {}  # styles at that velocity, by the names that the five parts wear
-        self._parts: dict[tuple, tuple[list[Style], Style]] = {}  # of the last velocities: each part's style, and all in one
+        # of the last velocities: each part's style, and all in one
+        self._parts: dict[tuple, tuple[list[Style], Style]] = {}
 
     @property
     def strengths(self) -> list[float]:
@@ -83,13 +86,13 @@ class StyleMixer:
 
     @property
     def updates_styles(self) -> bool:
-        """Whether styles are interpolated anew in this frame: midway between two evaluations, for both at once would be twice the
-        work of any other frame."""
+        """Whether styles are interpolated anew in this frame: midway between two evaluations, for both at once would be
+        twice the work of any other frame."""
         return self.changed or self.waited == self.period // 2
 
     def move(self, body: np.ndarray, neutral: np.ndarray) -> None:
-        """From now on styles are those of a body that moves at a root velocity (3,), the own style that of a neutral motion that
-        moves at another (3,)."""
+        """From now on styles are those of a body that moves at a root velocity (3,), the own style that of a neutral
+        motion that moves at another (3,)."""
         if np.abs(np.array([body, neutral]) - self.root_velocities).max() > SAME_VELOCITY:
             self.root_velocities = np.array([body, neutral])
             self._kept.clear()
@@ -99,10 +102,10 @@ class StyleMixer:
         return self._style(bank, (OWN,) * len(PART_NAMES), NEUTRAL)
 
     def styles(self, bank: Bank) -> list[Style]:
-        """What the five parts wear at this velocity, side by side in one style; where any of them is blended with another style,
-        those as a second one."""
+        """What the five parts wear at this velocity, side by side in one style; where any of them is blended with
+        another style, those as a second one."""
         names = [tuple(getattr(part, key) for part in self.parts) for key in ("name", "other")]
-        return [self._style(bank, each, BODY) for each in names[:1 + any(self.shares)]]
+        return [self._style(bank, each, BODY) for each in names[: 1 + any(self.shares)]]
 
     def _style(self, bank: Bank, names: tuple[str, ...], whose: int) -> Style:
         if (names, whose) not in self._kept:
@@ -111,18 +114,22 @@ class StyleMixer:
         return self._kept[names, whose]
 
     def _side_by_side(self, key: tuple, styles: list[Style]) -> Style:
-        """The five parts' styles in one. Levels that have not changed since the last time are not put together again."""
+        """The five parts' styles in one. Levels that have not changed since the last time are not put together
+        again."""
         before, result = self._parts.get(key, (styles, {}))
-        changed = [level for level in styles[0] if level not in result
-                   or any(style[level] is not old[level] for style, old in zip(styles, before))]
+        changed = [
+            level
+            for level in styles[0]
+            if level not in result or any(style[level] is not old[level] for style, old in zip(styles, before))
+        ]
         result = result | stack_parts([{level: style[level] for level in changed} for style in styles])
         self._parts = dict([*self._parts.items()][-PARTS_KEPT:]) | {key: (styles, result)}
         return result
 
 
 class _Part:
-    """What one body part wears: a style, the other one it is blended with (itself if none), share and strength of these on
-    their way to the wanted ones, and how far what it wears is not the own style."""
+    """What one body part wears: a style, the other one it is blended with (itself if none), share and strength of these
+    on their way to the wanted ones, and how far what it wears is not the own style."""
 
     def __init__(self) -> None:
         self.name = self.other = OWN
@@ -130,18 +137,25 @@ class _Part:
 
     def step(self, worn: Worn | None) -> bool:
         """One frame; whether the style was switched. A part let go keeps its style until it has faded."""
-        name, strength, other, share = (worn if worn and len(worn) == 4 else
-                                        (*worn, self.other, 0.0) if worn else (self.name, 0.0, self.other, self.share))
+        name, strength, other, share = (
+            worn
+            if worn and len(worn) == 4
+            else (*worn, self.other, 0.0)
+            if worn
+            else (self.name, 0.0, self.other, self.share)
+        )
         switched = name != self.name or (other != self.other and self.share > 0)
         self.name, self.other = name, other
         styled_share = (1 - share) * (name != OWN) + share * (other != OWN)
-        if switched or not self.strength or abs(share - self.share) < GONE:  # a switch is smoothed, so the share need not be
+        # a switch is smoothed, so the share need not be
+        if switched or not self.strength or abs(share - self.share) < GONE:
             self.share, self.share_rate = share, 0.0
         if not self.strength or abs(styled_share - self.styled_share) < GONE:
             self.styled_share, self.styled_rate = styled_share, 0.0
         self.share, self.share_rate = spring_step(self.share, self.share_rate, share, STRENGTH_HALFLIFE, DT)
-        self.styled_share, self.styled_rate = spring_step(self.styled_share, self.styled_rate, styled_share,
-                                                          STRENGTH_HALFLIFE, DT)
+        self.styled_share, self.styled_rate = spring_step(
+            self.styled_share, self.styled_rate, styled_share, STRENGTH_HALFLIFE, DT
+        )
         switched = switched and self.strength > 0
         self.strength, self.velocity = spring_step(self.strength, self.velocity, strength, STRENGTH_HALFLIFE, DT)
         if strength == 0 and self.strength < GONE:

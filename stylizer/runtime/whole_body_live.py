@@ -1,4 +1,5 @@
-"""The live stylizer of a whole-body system: asked once for each style that parts wear, over more than the ring buffer's past."""
+"""The live stylizer of a whole-body system: asked once for each style that parts wear, over more than the ring buffer's
+past."""
 
 from collections import deque
 from typing import Mapping, Sequence
@@ -16,7 +17,8 @@ from stylizer.systems.whole_body import answers, joints_by_code, together
 
 
 class WholeBodyStylizer(LiveStylizer):
-    """Windowed inference: these systems look ahead as well as back, so each answer is the last sample of a window that ends now.
+    """Windowed inference: these systems look ahead as well as back, so each answer is the last sample of a window that
+    ends now.
 
     What is done with it - turns, strengths, smoothing, switches - is the same as for Motion Puzzle."""
 
@@ -33,8 +35,13 @@ class WholeBodyStylizer(LiveStylizer):
         span = (model.config.window - model.HELD_BEHIND - 1) * STRIDE + 1
         self._past: deque[np.ndarray] = deque(maxlen=span)  # features (..., 21, 15) of the last frames, the newest last
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
-             travel: np.ndarray | float = 1.0) -> Pose:
+    def step(
+        self,
+        window: np.ndarray,
+        neutral: Pose,
+        style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+        travel: np.ndarray | float = 1.0,
+    ) -> Pose:
         samples = np.moveaxis(window, -3, 0)
         if not self._past:  # what the ring buffer has, and before that its oldest pose
             self._past.extend(samples[:1].repeat(self._past.maxlen, axis=0))
@@ -46,7 +53,8 @@ class WholeBodyStylizer(LiveStylizer):
         raise ValueError("this stylizer has no attention")
 
     def reroll(self) -> None:
-        """Draws the styles of chance anew; parts that wear one glide into it. Raises ValueError where there are none."""
+        """Draws the styles of chance anew; parts that wear one glide into it. Raises ValueError where there are
+        none."""
         if not self.bank.drawn:
             super().reroll()
         self.bank.reroll()
@@ -61,10 +69,13 @@ class WholeBodyStylizer(LiveStylizer):
         return windows[:, [-1, -1]]
 
     def _last(self, past: np.ndarray, mixer: StyleMixer) -> np.ndarray:
-        """By how much the last sample (21, 15) of a character's past (T, 21, 15) changes, each part as the answer in its own
-        style says. These systems make the whole pose, so there is no own style to take off: what they answer in it tells less."""
+        """By how much the last sample (21, 15) of a character's past (T, 21, 15) changes, each part as the answer in
+        its own style says. These systems make the whole pose, so there is no own style to take off: what they answer in
+        it tells less."""
         model = self.bank.model
-        joints = joints_by_code([(part.name, part.other, part.share) if part.strength else None for part in mixer.parts])
+        joints = joints_by_code(
+            [(part.name, part.other, part.share) if part.strength else None for part in mixer.parts]
+        )
         codes = torch.stack([self._code(mixer.root_velocities[BODY], *look) for look in joints])
         window = np.concatenate([past, past[-1:].repeat(model.HELD_BEHIND, axis=0)])
         styled = answers(model, window[None], codes, last=1 + model.HELD_BEHIND)[:, 0]

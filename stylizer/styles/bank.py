@@ -30,7 +30,8 @@ def user_folder() -> Path:
 
 
 class Added(NamedTuple):
-    """A new style: its first clip on our skeleton, and sentences that say which seconds of which file show which movement."""
+    """A new style: its first clip on our skeleton, and sentences that say which seconds of which file show which
+    movement."""
 
     clip: Clip
     taken: tuple[str, ...]
@@ -78,7 +79,10 @@ class Bank:
 
     def free_name(self, path: Path) -> str:
         """A name that no style has yet, made from a clip's file name."""
-        stem = re.sub(r"[^A-Za-z0-9_]+", "-", unicodedata.normalize("NFKD", path.stem)).strip("-_")[:NAME_LENGTH - 4] or "style"
+        stem = (
+            re.sub(r"[^A-Za-z0-9_]+", "-", unicodedata.normalize("NFKD", path.stem)).strip("-_")[: NAME_LENGTH - 4]
+            or "style"
+        )
         names = (stem, *(f"{stem}-{number}" for number in range(2, 1000)))
         return next(name for name in names if not self._taken(name))
 
@@ -105,9 +109,13 @@ class Bank:
             taken += ["{}: {} from {:.1f} to {:.1f} s".format(path.name, m.name, *m.seconds) for m in found]
         windows = [m.windows.astype(np.float16) for m in movements]
         file = self.user / f"{name}.safetensors"
-        write(file, name, self._learned(windows, Gait.of(movements)),
-              {**self._made_for, "licence": "the user's own clips", "source": ", ".join(path.name for path in paths)},
-              windows)
+        write(
+            file,
+            name,
+            self._learned(windows, Gait.of(movements)),
+            {**self._made_for, "licence": "the user's own clips", "source": ", ".join(path.name for path in paths)},
+            windows,
+        )
         self._styles[name] = self._read(file)  # as every later start will find it: the file keeps half precision
         return Added(clips[0], tuple(taken))
 
@@ -145,11 +153,24 @@ class Bank:
         gait = read_gait(header, tensors)
         if header["format"] != FORMAT or any(header.get(key) != value for key, value in self._made_for.items()):
             if "windows" not in tensors or path.stem == OWN:
-                raise ValueError(f"{path} was computed for other weights of stylizer or controller: "
-                                 "reinstall Patchwalk or train again")
+                raise ValueError(
+                    f"{path} was computed for other weights of stylizer or controller: "
+                    "reinstall Patchwalk or train again"
+                )
             windows = read_windows(tensors)
             kept = {key: header[key] for key in ("licence", "source")}
-            write(path, header["name"], encode_clips(self.model, windows, gait, self.own_motion), kept | self._made_for, windows)
+            write(
+                path,
+                header["name"],
+                encode_clips(self.model, windows, gait, self.own_motion),
+                kept | self._made_for,
+                windows,
+            )
             return self._read(path)
-        return StyleClips({level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
-                           for level in self.model.config.styled}, gait)
+        return StyleClips(
+            {
+                level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
+                for level in self.model.config.styled
+            },
+            gait,
+        )

@@ -1,4 +1,5 @@
-"""The style bank of a whole-body system: codes of the bundled styles, of the user's own, and of styles drawn by chance."""
+"""The style bank of a whole-body system: codes of the bundled styles, of the user's own, and of styles drawn by
+chance."""
 
 import json
 from pathlib import Path
@@ -31,8 +32,8 @@ DRAWN = "drawn"  # what the names of styles drawn by chance begin with
 
 
 def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
-    """Writes the codes of the own style, which needs no data, and of every style of `bundled.CLIPS` whose first clip lies under
-    data_dir, into out_dir/codes/network.safetensors; returns their names."""
+    """Writes the codes of the own style, which needs no data, and of every style of `bundled.CLIPS` whose first clip
+    lies under data_dir, into out_dir/codes/network.safetensors; returns their names."""
     model, fingerprint = weights.load(network, weights_folder)
     own = read_own_motion(BUNDLED / f"{OWN}.safetensors")
     styles = {OWN: encode_codes(model, own.windows, own.gait, [OWN] * len(own.windows))}
@@ -53,18 +54,28 @@ def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> 
     tensors = {name: style.features.contiguous() for name, style in styles.items()}
     for name, style in styles.items():
         tensors |= gait_tensors(style.gait, f"{name}.")
-    header = {"weights": fingerprint, "controller": own.controller, "licence": "; ".join(sorted(licences)),
-              "speeds": json.dumps(speeds),
-              "movements": json.dumps({name: style.gait.movements for name, style in styles.items()})}
+    header = {
+        "weights": fingerprint,
+        "controller": own.controller,
+        "licence": "; ".join(sorted(licences)),
+        "speeds": json.dumps(speeds),
+        "movements": json.dumps({name: style.gait.movements for name, style in styles.items()}),
+    }
     with replacing(path) as temporary:
         save_file(tensors, temporary, header)
     return list(styles)
 
 
-def encode_codes(model: WholeBody, windows: Sequence[np.ndarray], gait: Gait, labels: Sequence[str | None]) -> StyleClips:
+def encode_codes(
+    model: WholeBody, windows: Sequence[np.ndarray], gait: Gait, labels: Sequence[str | None]
+) -> StyleClips:
     """A style from the windows (m, T, 21, 15) of each of its clips and their domains, where they are known."""
-    return StyleClips(torch.stack([model.encode_style(np.asarray(each, dtype=np.float32), label)
-                                   for each, label in zip(windows, labels)]), gait)
+    return StyleClips(
+        torch.stack(
+            [model.encode_style(np.asarray(each, dtype=np.float32), label) for each, label in zip(windows, labels)]
+        ),
+        gait,
+    )
 
 
 class CodeBank(Bank):
@@ -98,7 +109,8 @@ class CodeBank(Bank):
         return {f"{DRAWN}-{label.replace(' ', '-')}": label for label in labels} or {DRAWN: None}
 
     def speed_of(self, name: str) -> float:
-        """How quick the clip of a style is, V of Eq. 2 (Aberman et al. 2020) in metres a second; name may be a clip's path.
+        """How quick the clip of a style is, V of Eq. 2 (Aberman et al. 2020) in metres a second; name may be a clip's
+        path.
 
         Raises ValueError for a style of which it is not known: one drawn by chance."""
         if name in self._speeds:
@@ -120,11 +132,17 @@ class CodeBank(Bank):
             raise ValueError(f"the {self.name} stylizer reads no key points: use --stylizer unpaired, or a BVH clip")
         from stylizer.styles import keypoints_2d as key_points
         from stylizer.systems.unpaired import POINTS as NAMES
+
         self.check_new(name)
         windows = style_windows(key_points.read(folder, NAMES, fps)).astype(np.float16)
         file = self.user / POINTS / f"{name}.safetensors"
-        write(file, name, StyleClips({}, UNKNOWN_GAIT),
-              {"weights": self.fingerprint, "licence": "the user's own video", "source": Path(folder).name}, [windows])
+        write(
+            file,
+            name,
+            StyleClips({}, UNKNOWN_GAIT),
+            {"weights": self.fingerprint, "licence": "the user's own video", "source": Path(folder).name},
+            [windows],
+        )
         self._styles[name] = self._read_points(file)
 
     def _taken(self, name: str) -> bool:
@@ -148,12 +166,16 @@ class CodeBank(Bank):
             raise ValueError(f"no style codes at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'")
         header, tensors = weights.read(path)
         if header.get("controller") != self.controller:
-            raise ValueError(f"{path} was computed for another controller: reinstall Patchwalk or run 'patchwalk styles capture'")
+            raise ValueError(
+                f"{path} was computed for another controller: reinstall Patchwalk or run 'patchwalk styles capture'"
+            )
         if header.get("weights") != self.fingerprint:
             raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
         self._speeds |= json.loads(header["speeds"])
-        return {name: StyleClips(tensors[name].float(), gait_from(tensors, movements, f"{name}."))
-                for name, movements in json.loads(header["movements"]).items()}
+        return {
+            name: StyleClips(tensors[name].float(), gait_from(tensors, movements, f"{name}."))
+            for name, movements in json.loads(header["movements"]).items()
+        }
 
     def _read(self, path: Path) -> StyleClips:
         header, tensors = checked(path)

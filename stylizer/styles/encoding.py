@@ -20,17 +20,24 @@ TOKEN_WINDOWS = 3  # windows of a clip that attention looks at: as many for ever
 
 @torch.inference_mode()
 def encode(model: MotionPuzzle, windows: np.ndarray) -> dict[int, PartStyle]:
-    """The style of one clip from its windows (m, WINDOW, 21, 15), as a batch of 1: AdaIN scale and bias averaged over them, key
-    poses of all, attention tokens of TOKEN_WINDOWS."""
+    """The style of one clip from its windows (m, WINDOW, 21, 15), as a batch of 1: AdaIN scale and bias averaged over
+    them, key poses of all, attention tokens of TOKEN_WINDOWS."""
     motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
     style = model.encode_style(motion, motion.flatten(1, 2)[:, None])
     seen = torch.from_numpy(np.linspace(0, len(windows) - 1, TOKEN_WINDOWS).round().astype(int))
-    return {level: PartStyle(s.scale.mean(1, keepdim=True), s.bias.mean(1, keepdim=True),
-                             *(tokens[:, seen % tokens.shape[1]].flatten(1, 2)[:, None] for tokens in (s.keys, s.values)))
-            for level, s in style.items()}
+    return {
+        level: PartStyle(
+            s.scale.mean(1, keepdim=True),
+            s.bias.mean(1, keepdim=True),
+            *(tokens[:, seen % tokens.shape[1]].flatten(1, 2)[:, None] for tokens in (s.keys, s.values)),
+        )
+        for level, s in style.items()
+    }
 
 
-def encode_clips(model: MotionPuzzle, windows: Sequence[np.ndarray], gait: Gait, own: OwnMotion | None = None) -> StyleClips:
+def encode_clips(
+    model: MotionPuzzle, windows: Sequence[np.ndarray], gait: Gait, own: OwnMotion | None = None
+) -> StyleClips:
     """A style from the windows (m, WINDOW, 21, 15) of each of its clips.
 
     own: the motion that will wear it, to whose strides its key poses are fitted; None for that motion's own style."""
@@ -39,21 +46,23 @@ def encode_clips(model: MotionPuzzle, windows: Sequence[np.ndarray], gait: Gait,
 
 
 def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> StyleClips:
-    """A style, whatever motion it was made for, for another one, `own`: its key poses are fitted to that one's strides."""
+    """A style, whatever motion it was made for, for another one, `own`: its key poses are fitted to that one's
+    strides."""
     if not model.key_poses:
         return style
     strides = {name: _own_strides(model, name, own) for name in dict.fromkeys(style.gait.movements)}
     key_poses = []
     for place, (name, cycle) in enumerate(zip(style.gait.movements, style.gait.cycles)):
-        clip = PartStyle(*(t[:, place:place + 1] for t in style.features[KEY_POSES]))
+        clip = PartStyle(*(t[:, place : place + 1] for t in style.features[KEY_POSES]))
         key_poses.append(_fitted_to(model, clip, cycle, *strides[name]) if cycle.any() and strides[name] else clip)
     fitted = cat_batch([{KEY_POSES: clip} for clip in key_poses])[KEY_POSES]
     return StyleClips(style.features | {KEY_POSES: _reconcile_clips(model, fitted, style.gait)}, style.gait)
 
 
 def _reconcile_clips(model: MotionPuzzle, style: PartStyle, gait: Gait) -> PartStyle:
-    """Key poses of n clips in which clips that show one movement hold every joint alike enough to be interpolated: a joint that
-    they hold in turns far apart, as who dances with the arms does, is taken from the first of them in all."""
+    """Key poses of n clips in which clips that show one movement hold every joint alike enough to be interpolated: a
+    joint that they hold in turns far apart, as who dances with the arms does, is taken from the first of them in
+    all."""
     for place, name in enumerate(gait.movements):
         first = gait.movements.index(name)
         halfway = gait.cycles[[first, place], 0][..., LAYOUT["rotation"]].mean(axis=0)
@@ -65,8 +74,8 @@ def _reconcile_clips(model: MotionPuzzle, style: PartStyle, gait: Gait) -> PartS
 
 @torch.inference_mode()
 def _own_strides(model: MotionPuzzle, movement: str, own: OwnMotion) -> tuple[torch.Tensor, np.ndarray] | None:
-    """Of the controller's motion of one kind: which moments (5, 1, T, moments) it passes through, and at which stride phases
-    (T,). None where it makes no strides of that kind."""
+    """Of the controller's motion of one kind: which moments (5, 1, T, moments) it passes through, and at which stride
+    phases (T,). None where it makes no strides of that kind."""
     moments, phases = [], []
     for name, windows, phase in zip(own.gait.movements, own.windows, own.phases):
         if name.replace("_", " ").startswith(movement) and np.isfinite(phase).all():
@@ -77,9 +86,11 @@ def _own_strides(model: MotionPuzzle, movement: str, own: OwnMotion) -> tuple[to
 
 
 @torch.inference_mode()
-def _fitted_to(model: MotionPuzzle, style: PartStyle, cycle: np.ndarray, moments: torch.Tensor, phases: np.ndarray) -> PartStyle:
-    """Key poses that give a style's cycle (coefficients, 21, 12) back where the controller's moments (5, 1, T, moments) pass at
-    stride phases (T,): in a live session the moments are the controller's, not the clip's own."""
+def _fitted_to(
+    model: MotionPuzzle, style: PartStyle, cycle: np.ndarray, moments: torch.Tensor, phases: np.ndarray
+) -> PartStyle:
+    """Key poses that give a style's cycle (coefficients, 21, 12) back where the controller's moments (5, 1, T, moments)
+    pass at stride phases (T,): in a live session the moments are the controller's, not the clip's own."""
     poses = torch.from_numpy(cycle_at(cycle, phases).astype(np.float32))[None]
     mean, deviation = (values[..., BODY] for values in (model.mean, model.deviation))
     return model.key_poses.refit(style, moments, (poses.permute(2, 0, 1, 3) - mean) / deviation)

@@ -1,7 +1,7 @@
 """Key points of a person in a video, as OpenPose writes them: one JSON file a frame, in the BODY_25 or the COCO order.
 
-What becomes of them is what E_S^2D of Aberman et al. 2020 reads: POINTS of `stylizer.systems.unpaired`, in metres about the
-hips."""
+What becomes of them is what E_S^2D of Aberman et al. 2020 reads: POINTS of `stylizer.systems.unpaired`, in metres about
+the hips."""
 
 import json
 from pathlib import Path
@@ -19,28 +19,48 @@ TORSO = 0.51  # metres from between the hip joints to between the shoulder joint
 SMALLEST_TORSO = 2.0  # pixels
 
 # Our point -> those of a detector whose mean it is, by name.
-SOURCES = {"Hips": ("RHip", "LHip"), "Neck": ("RShoulder", "LShoulder"),
-           **{f"{side}{ours}": (f"{side[0]}{theirs}",) for side in ("Left", "Right") for ours, theirs in {
-               "UpLeg": "Hip", "Leg": "Knee", "Foot": "Ankle", "Arm": "Shoulder", "ForeArm": "Elbow", "Hand": "Wrist"}.items()}}
+SOURCES = {
+    "Hips": ("RHip", "LHip"),
+    "Neck": ("RShoulder", "LShoulder"),
+    **{
+        f"{side}{ours}": (f"{side[0]}{theirs}",)
+        for side in ("Left", "Right")
+        for ours, theirs in {
+            "UpLeg": "Hip",
+            "Leg": "Knee",
+            "Foot": "Ankle",
+            "Arm": "Shoulder",
+            "ForeArm": "Elbow",
+            "Hand": "Wrist",
+        }.items()
+    },
+}
 HEAD = (("REar", "LEar"), ("Nose",))  # the ears' middle, and where they are not seen the nose
 
-BODY_25 = ("Nose Neck RShoulder RElbow RWrist LShoulder LElbow LWrist MidHip RHip RKnee RAnkle LHip LKnee LAnkle REye LEye REar "
-           "LEar LBigToe LSmallToe LHeel RBigToe RSmallToe RHeel").split()
-COCO_18 = ("Nose Neck RShoulder RElbow RWrist LShoulder LElbow LWrist RHip RKnee RAnkle LHip LKnee LAnkle REye LEye REar "
-           "LEar").split()
-COCO_17 = ("Nose LEye REye LEar REar LShoulder RShoulder LElbow RElbow LWrist RWrist LHip RHip LKnee RKnee LAnkle "
-           "RAnkle").split()
+BODY_25 = (
+    "Nose Neck RShoulder RElbow RWrist LShoulder LElbow LWrist MidHip RHip RKnee RAnkle LHip LKnee LAnkle REye LEye "
+    "REar LEar LBigToe LSmallToe LHeel RBigToe RSmallToe RHeel"
+).split()
+COCO_18 = (
+    "Nose Neck RShoulder RElbow RWrist LShoulder LElbow LWrist RHip RKnee RAnkle LHip LKnee LAnkle REye LEye REar LEar"
+).split()
+COCO_17 = (
+    "Nose LEye REye LEar REar LShoulder RShoulder LElbow RElbow LWrist RWrist LHip RHip LKnee RKnee LAnkle RAnkle"
+).split()
 ORDERS = {len(order): order for order in (BODY_25, COCO_18, COCO_17)}
 
 
 def read(folder: Path, points: tuple[str, ...], fps: float = 30.0) -> np.ndarray:
-    """`points` (frames, n, 2) at 60 Hz in metres about the hips, x to the right of the picture and y up, of the person who is
-    in most of the frames' files, which are taken in the order of their names, `fps` a second.
+    """`points` (frames, n, 2) at 60 Hz in metres about the hips, x to the right of the picture and y up, of the person
+    who is in most of the frames' files, which are taken in the order of their names, `fps` a second.
 
-    Raises ValueError, in one sentence, where a point is never seen or for too long not, or a file is none of OpenPose's."""
+    Raises ValueError, in one sentence, where a point is never seen or for too long not, or a file is none of
+    OpenPose's."""
     files = sorted(Path(folder).glob("*.json"))
     if (len(files) - 1) / fps < SHORTEST:
-        raise ValueError(f"{folder} holds {len(files)} .json files: give one a frame, {SHORTEST:.1f} s of video or more")
+        raise ValueError(
+            f"{folder} holds {len(files)} .json files: give one a frame, {SHORTEST:.1f} s of video or more"
+        )
     frames = followed([people(path) for path in files])
     order = ORDERS[frames.shape[1]]
     seen = np.where(frames[..., 2:] > RELIABLE, frames[..., :2], np.nan)
@@ -50,12 +70,17 @@ def read(folder: Path, points: tuple[str, ...], fps: float = 30.0) -> np.ndarray
 
 
 def people(path: Path) -> list[np.ndarray]:
-    """The persons in one frame, each (n, 3): x, y in pixels, y down, and confidence. Raises ValueError for another file."""
+    """The persons in one frame, each (n, 3): x, y in pixels, y down, and confidence. Raises ValueError for another
+    file."""
     try:
-        found = [np.array(person["pose_keypoints_2d"], dtype=float).reshape(-1, 3) for person in
-                 json.loads(path.read_text())["people"]]
+        found = [
+            np.array(person["pose_keypoints_2d"], dtype=float).reshape(-1, 3)
+            for person in json.loads(path.read_text())["people"]
+        ]
     except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(f"{path} holds no OpenPose key points: give files as OpenPose's --write_json makes them") from error
+        raise ValueError(
+            f"{path} holds no OpenPose key points: give files as OpenPose's --write_json makes them"
+        ) from error
     for person in found:
         if len(person) not in ORDERS:
             raise ValueError(f"{path} has {len(person)} points a person: give BODY_25 (25) or COCO (18 or 17)")
@@ -63,12 +88,16 @@ def people(path: Path) -> list[np.ndarray]:
 
 
 def followed(frames: list[list[np.ndarray]]) -> np.ndarray:
-    """One person through all frames (F, n, 3): the surest of the first frame that has any, then who is nearest to where they
-    were. Where nobody is seen, confidence is 0. Raises ValueError where nobody ever is, or the order of points changes."""
+    """One person through all frames (F, n, 3): the surest of the first frame that has any, then who is nearest to where
+    they were. Where nobody is seen, confidence is 0. Raises ValueError where nobody ever is, or the order of points
+    changes."""
     sizes = {len(person) for persons in frames for person in persons}
     if len(sizes) != 1:
-        raise ValueError("nobody is seen in the key points: give a video of a person" if not sizes else
-                         "the key points change their order on the way: give one of BODY_25 and COCO for all frames")
+        raise ValueError(
+            "nobody is seen in the key points: give a video of a person"
+            if not sizes
+            else "the key points change their order on the way: give one of BODY_25 and COCO for all frames"
+        )
     result, last = np.zeros((len(frames), sizes.pop(), 3)), None
     for frame, persons in enumerate(frames):
         if not persons:
@@ -103,7 +132,9 @@ def whole(point: np.ndarray, name: str, folder: Path, fps: float) -> np.ndarray:
         raise ValueError(f"{name} is never seen in {folder}: give a video that shows the whole body")
     gap = np.diff(np.concatenate([[-1], seen, [len(point)]])).max() - 1
     if gap > LONGEST_GAP * fps:
-        raise ValueError(f"{name} is not seen for {gap / fps:.1f} s in {folder}: give a stretch that shows the whole body")
+        raise ValueError(
+            f"{name} is not seen for {gap / fps:.1f} s in {folder}: give a stretch that shows the whole body"
+        )
     frames = np.arange(len(point))
     return np.stack([np.interp(frames, seen, point[seen, axis]) for axis in (0, 1)], axis=1)
 

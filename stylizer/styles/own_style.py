@@ -1,7 +1,7 @@
 """The own style: what the controller's motion looks like, standing, walking, running, backing, strafing and turning.
 
-What is drawn is the neutral pose changed by how a style differs from this one, so it has to be the style of the very controller
-that runs: its file carries the fingerprint of that controller's weights."""
+What is drawn is the neutral pose changed by how a style differs from this one, so it has to be the style of the very
+controller that runs: its file carries the fingerprint of that controller's weights."""
 
 import math
 from functools import partial
@@ -46,14 +46,22 @@ def curving(speed: float, rate: float, frame: int) -> Command:
 Script = Callable[[int], Command]  # what is asked in each frame
 MOVEMENTS: dict[str, Script] = {
     "stand": lambda _: Command(),
-    **{f"walk_{speed}": partial(going, speed, "run" if speed > 1.3 else "walk", FORWARD)
-       for speed in (0.4, 0.65, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0)},
+    **{
+        f"walk_{speed}": partial(going, speed, "run" if speed > 1.3 else "walk", FORWARD)
+        for speed in (0.4, 0.65, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0)
+    },
     **{f"run_{speed}": partial(going, speed, "run", FORWARD) for speed in (2.5, 3.0, 3.5)},
     **{f"back_{speed}": partial(going, speed, "walk", (0.0, -1.0)) for speed in (0.4, 0.65, 1.0, 1.3)},
-    **{f"strafe_{side}_{speed}": partial(going, speed, "walk", (sign, 0.0))
-       for side, sign in (("left", 1.0), ("right", -1.0)) for speed in (0.4, 0.65, 0.85, 1.0, 1.15, 1.3)},
-    **{f"turn_{side}_{rate}": partial(curving, 1.0, sign * rate)
-       for side, sign in (("left", 1.0), ("right", -1.0)) for rate in (0.4, 0.8, 1.2)},
+    **{
+        f"strafe_{side}_{speed}": partial(going, speed, "walk", (sign, 0.0))
+        for side, sign in (("left", 1.0), ("right", -1.0))
+        for speed in (0.4, 0.65, 0.85, 1.0, 1.15, 1.3)
+    },
+    **{
+        f"turn_{side}_{rate}": partial(curving, 1.0, sign * rate)
+        for side, sign in (("left", 1.0), ("right", -1.0))
+        for rate in (0.4, 0.8, 1.2)
+    },
     **{f"spin_{side}": partial(curving, 0.0, 1.5 * sign) for side, sign in (("left", 1.0), ("right", -1.0))},
 }
 
@@ -63,8 +71,10 @@ def capture(controller: Controller, scripts: Sequence[Script], seconds: float = 
     crowd = controller.crowd(len(scripts))
     frames = round((SETTLE_SECONDS + seconds) * FPS) + STRIDE
     poses = [crowd.step(Commands([script(frame) for script in scripts])) for frame in range(frames)]
-    poses = Pose.stacked(poses[SETTLE_SECONDS * FPS:])
-    fields = (np.moveaxis(value, 1, 0) for value in (poses.positions, poses.rotations, poses.root_position, poses.root_facing))
+    poses = Pose.stacked(poses[SETTLE_SECONDS * FPS :])
+    fields = (
+        np.moveaxis(value, 1, 0) for value in (poses.positions, poses.rotations, poses.root_position, poses.root_facing)
+    )
     return np.array([features_from(*one) for one in zip(*fields)])
 
 
@@ -84,7 +94,17 @@ def capture_motion(controller: Controller, fingerprint: str) -> OwnMotion:
 
 def write(folder: Path, motion: OwnMotion, model: MotionPuzzle, fingerprint: str) -> None:
     """Writes the own style as a network of Motion Puzzle, whose weights have that fingerprint, encodes it."""
-    header = {"weights": fingerprint, "controller": motion.controller, "licence": ARCHIVES[CONTROLLER],
-              "source": "the controller's own motion, by root velocity"}
-    style_file.write(folder / f"{OWN}.safetensors", OWN, encode_clips(model, motion.windows, motion.gait), header, motion.windows,
-                     phases=np.concatenate(motion.phases))
+    header = {
+        "weights": fingerprint,
+        "controller": motion.controller,
+        "licence": ARCHIVES[CONTROLLER],
+        "source": "the controller's own motion, by root velocity",
+    }
+    style_file.write(
+        folder / f"{OWN}.safetensors",
+        OWN,
+        encode_clips(model, motion.windows, motion.gait),
+        header,
+        motion.windows,
+        phases=np.concatenate(motion.phases),
+    )

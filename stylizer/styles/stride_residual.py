@@ -1,7 +1,7 @@
 """What of a clip's movement is not locked to the stride: a musician's arms, a sad head.
 
-A network that sees the content's steps alone can make nothing but loops of the step. The rest of a style's movement is kept as
-a loop of its own, played in its own time on top."""
+A network that sees the content's steps alone can make nothing but loops of the step. The rest of a style's movement is
+kept as a loop of its own, played in its own time on top."""
 
 import numpy as np
 
@@ -22,17 +22,25 @@ JOINTS = np.flatnonzero((PART_OF_JOINT >= PART_NAMES.index("spine")) & (np.arang
 
 
 def stride_residual(features: np.ndarray) -> np.ndarray | None:
-    """A loop (T, 21, 3) at 30 Hz of rotation vectors in the character's frame, from features (frames, 21, 15) at 60 Hz: what
-    turns the movement that repeats with each stride into the captured one. None for a clip too short for a loop."""
+    """A loop (T, 21, 3) at 30 Hz of rotation vectors in the character's frame, from features (frames, 21, 15) at 60 Hz:
+    what turns the movement that repeats with each stride into the captured one. None for a clip too short for a
+    loop."""
     if len(features) < SHORTEST_LOOP * FPS:
         return None
     axes, phase = features[..., LAYOUT["rotation"]], stride_phase(features)
-    locked = stride_locked_part(axes, None) if phase is None else cycle_at(rest_unsure_joints(fit_cycle(axes, phase)), phase)
-    turns = rot.to_rotation_vector(rot.multiply(rot.from_6d(axes[:, JOINTS]), rot.inverse(rot.from_6d(locked[:, JOINTS]))))
+    locked = (
+        stride_locked_part(axes, None) if phase is None else cycle_at(rest_unsure_joints(fit_cycle(axes, phase)), phase)
+    )
+    turns = rot.to_rotation_vector(
+        rot.multiply(rot.from_6d(axes[:, JOINTS]), rot.inverse(rot.from_6d(locked[:, JOINTS])))
+    )
     loop = np.zeros((len(features), JOINT_COUNT, 3))
     loop[:, JOINTS] = rot.unwrap(turns)
     from scipy.ndimage import gaussian_filter1d  # the live loop imports this file, and reads no clip
-    return gaussian_filter1d(_closed(loop[::STRIDE][:round(LONGEST_LOOP * FPS / STRIDE)]), SMOOTHING, axis=0, mode="wrap")
+
+    return gaussian_filter1d(
+        _closed(loop[::STRIDE][: round(LONGEST_LOOP * FPS / STRIDE)]), SMOOTHING, axis=0, mode="wrap"
+    )
 
 
 def stride_locked_part(signal: np.ndarray, phase: np.ndarray | None) -> np.ndarray:

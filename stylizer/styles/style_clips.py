@@ -1,4 +1,5 @@
-"""A style as one or more clips show it: walking, running, backing ... each encoded by itself, interpolated by root velocity."""
+"""A style as one or more clips show it: walking, running, backing ... each encoded by itself, interpolated by root
+velocity."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -38,8 +39,8 @@ LEAST_WEIGHT = 0.02  # a clip that would count less than this is left out
 class Movement(NamedTuple):
     """One kind of movement that a clip shows.
 
-    name: of sim.motion.gait.MOVEMENTS; windows: features (m, WINDOW, 21, 15) at 30 Hz; features: (frames, 21, 15) at 60 Hz of the
-    longest stretch that the windows cover; seconds: where in the clip the windows lie, from and to."""
+    name: of sim.motion.gait.MOVEMENTS; windows: features (m, WINDOW, 21, 15) at 30 Hz; features: (frames, 21, 15) at 60
+    Hz of the longest stretch that the windows cover; seconds: where in the clip the windows lie, from and to."""
 
     name: str
     windows: np.ndarray
@@ -54,9 +55,13 @@ def movements_in(features: np.ndarray) -> list[Movement]:
     Raises ValueError for a clip shorter than one window."""
     style_windows(features, 1)
     starts = np.unique(np.append(np.arange(0, len(features) - SHORTEST + 1, HOP), len(features) - SHORTEST))
-    velocities = np.array([_root_velocity(features[start:start + SHORTEST]) for start in starts])
-    names = np.array([movement_of(velocity, airborne_share(features[start:start + SHORTEST]))
-                      for start, velocity in zip(starts, velocities)])
+    velocities = np.array([_root_velocity(features[start : start + SHORTEST]) for start in starts])
+    names = np.array(
+        [
+            movement_of(velocity, airborne_share(features[start : start + SHORTEST]))
+            for start, velocity in zip(starts, velocities)
+        ]
+    )
     found = []
     moving = [name for name in dict.fromkeys(names) if name != "stand"] or ["stand"]
     for name in moving:
@@ -82,7 +87,7 @@ def _movement(features: np.ndarray, name: str, starts: np.ndarray) -> Movement:
     chosen = starts[np.unique(np.linspace(0, len(starts) - 1, min(MANY, len(starts))).round().astype(int))]
     breaks = np.flatnonzero(np.diff(starts) > SHORTEST) + 1
     longest = max(np.split(starts, breaks), key=len)
-    stretch = features[longest[0]:longest[-1] + SHORTEST]
+    stretch = features[longest[0] : longest[-1] + SHORTEST]
     if name == "walk":
         name = movement_of(_root_velocity(stretch), airborne_share(stretch), cadence(stretch))
     seconds = float(starts[0] / FPS), float((starts[-1] + SHORTEST) / FPS)
@@ -90,17 +95,18 @@ def _movement(features: np.ndarray, name: str, starts: np.ndarray) -> Movement:
 
 
 def _root_velocity(features: np.ndarray) -> np.ndarray:
-    """The mean (3,) of features (..., 21, 15): sideways and forwards in metres a second, turn rate in radians a second."""
+    """The mean (3,) of features (..., 21, 15): sideways and forwards in metres a second, turn rate in radians a
+    second."""
     return features[..., 0, LAYOUT["root"]].reshape(-1, 3).astype(float).mean(axis=0)
 
 
 class Gait(NamedTuple):
     """What is known of a style's clips without any network: n clips.
 
-    movements: their names; root_velocities (n, 3); runs (n,) 1 where the clip is a run; cadences (n,) strides a second, 0 where
-    it makes none; cycles (n, coefficients, 21, 12): what of its features, all but the root's, repeats with the stride (see
-    sim.motion.gait.fit_cycle), 0 where it makes none; residual: (T, 21, 3), see stylizer.styles.stride_residual, None where no
-    clip is long enough."""
+    movements: their names; root_velocities (n, 3); runs (n,) 1 where the clip is a run; cadences (n,) strides a second,
+    0 where it makes none; cycles (n, coefficients, 21, 12): what of its features, all but the root's, repeats with the
+    stride (see sim.motion.gait.fit_cycle), 0 where it makes none; residual: (T, 21, 3), see
+    stylizer.styles.stride_residual, None where no clip is long enough."""
 
     movements: tuple[str, ...]
     root_velocities: np.ndarray
@@ -114,9 +120,14 @@ class Gait(NamedTuple):
         """Measured on movements."""
         steady = [m for m in movements if m.name in ("walk", "stand")] or movements
         longest = max(steady, key=lambda m: len(m.features))
-        return cls(tuple(m.name for m in movements), np.array([_root_velocity(m.windows) for m in movements]),
-                   np.array([float(m.name == "run") for m in movements]), np.array([cadence(m.features) for m in movements]),
-                   np.array([_cycle(m.features) for m in movements]), stride_residual(longest.features))
+        return cls(
+            tuple(m.name for m in movements),
+            np.array([_root_velocity(m.windows) for m in movements]),
+            np.array([float(m.name == "run") for m in movements]),
+            np.array([cadence(m.features) for m in movements]),
+            np.array([_cycle(m.features) for m in movements]),
+            stride_residual(longest.features),
+        )
 
     def weights(self, root_velocity: np.ndarray) -> np.ndarray:
         """How much each clip counts (..., n), sums of 1, for a content that moves at root velocities (..., 3).
@@ -125,17 +136,16 @@ class Gait(NamedTuple):
         velocity = np.asarray(root_velocity, dtype=float)[..., None, :]
         run = smooth_step(velocity[..., 1], *RUN_SPEEDS) - self.runs
         square = _apart(velocity, self.root_velocities) + np.square(RUN_APART * run) + NEAREST**2
-        weights = square ** -2
+        weights = square**-2
         weights = np.maximum(weights / weights.sum(axis=-1, keepdims=True) - LEAST_WEIGHT, 0.0)
         return weights / weights.sum(axis=-1, keepdims=True)
 
-
     def pace_of(self, movement: str, own: "Gait") -> tuple[float, float]:
-        """How this style walks or runs, for a controller whose own gait is `own`: the speed in metres a second that is to be
-        asked of the controller, and its playback rate.
+        """How this style walks or runs, for a controller whose own gait is `own`: the speed in metres a second that is
+        to be asked of the controller, and its playback rate.
 
-        The controller goes at the speed where its stride is as long as the style's, played slower or quicker to the style's
-        cadence. Raises KeyError where no clip shows that movement, or none that makes strides."""
+        The controller goes at the speed where its stride is as long as the style's, played slower or quicker to the
+        style's cadence. Raises KeyError where no clip shows that movement, or none that makes strides."""
         clip = next((i for i, name in enumerate(self.movements) if name == movement and self.cadences[i] > 0), None)
         if clip is None:
             raise KeyError(movement)
@@ -164,10 +174,9 @@ def _cycle(features: np.ndarray) -> np.ndarray:
     return cycle
 
 
-
 def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The square of how far root velocities (..., 3) are apart: who goes another way differs more than who goes at another speed,
-    and between two speeds their ratio counts."""
+    """The square of how far root velocities (..., 3) are apart: who goes another way differs more than who goes at
+    another speed, and between two speeds their ratio counts."""
     speeds = [np.hypot(v[..., 0], v[..., 1]) for v in (one, other)]
     reach = [np.log1p(speed / SLOW) for speed in speeds]
     cosine = (one[..., :2] * other[..., :2]).sum(axis=-1) / np.maximum(speeds[0] * speeds[1], 1e-9)
@@ -176,8 +185,9 @@ def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 class OwnMotion(NamedTuple):
-    """The controller's own motion: of each movement windows (m, WINDOW, 21, 15) and the stride phase (m, WINDOW) of their
-    samples, NaN where it makes no strides; what is known of its gait; and the fingerprint of the controller's weights."""
+    """The controller's own motion: of each movement windows (m, WINDOW, 21, 15) and the stride phase (m, WINDOW) of
+    their samples, NaN where it makes no strides; what is known of its gait; and the fingerprint of the controller's
+    weights."""
 
     windows: list[np.ndarray]
     phases: list[np.ndarray]
@@ -187,14 +197,15 @@ class OwnMotion(NamedTuple):
 
 @dataclass(frozen=True)
 class StyleClips:
-    """The features of a style: of n clips along the batch axis, or a whole-body system's codes (n, C); and what `gait` says."""
+    """The features of a style: of n clips along the batch axis, or a whole-body system's codes (n, C); and what `gait`
+    says."""
 
     features: Style | Tensor
     gait: Gait
 
     def at(self, root_velocity: np.ndarray) -> Style | Tensor:
-        """The style for contents that move at root velocities (B, 3), as a batch of B, or (3,), as a batch of 1; a code (B, C) or
-        (C,)."""
+        """The style for contents that move at root velocities (B, 3), as a batch of B, or (3,), as a batch of 1; a code
+        (B, C) or (C,)."""
         weights = torch.from_numpy(self.gait.weights(root_velocity).astype(np.float32))
         if isinstance(self.features, Tensor):
             return weights @ self.features
@@ -203,15 +214,19 @@ class StyleClips:
         mixed = weights[:, counting] @ self._flat[counting]
         return self._nearest(tuple(weights.argmax(dim=1).tolist())) | {
             level: PartStyle(*(part.unflatten(1, shape).transpose(0, 1) for part, shape in zip(parts, shapes)))
-            for (level, shapes), parts in zip(self._shapes.items(), self._split(mixed))}
+            for (level, shapes), parts in zip(self._shapes.items(), self._split(mixed))
+        }
 
     def _nearest(self, clips: tuple[int, ...]) -> Style:
-        """The levels that are not interpolated, of a batch whose contents go most as these clips do. A lone one's are the same
-        objects each time, so that who puts styles together sees what has not changed."""
+        """The levels that are not interpolated, of a batch whose contents go most as these clips do. A lone one's are
+        the same objects each time, so that who puts styles together sees what has not changed."""
         if len(clips) == 1 and clips in self._seen:
             return self._seen[clips]
-        result = {level: PartStyle(*(t[:, list(clips)] for t in part)) for level, part in self.features.items()
-                  if level not in self._interpolated}
+        result = {
+            level: PartStyle(*(t[:, list(clips)] for t in part))
+            for level, part in self.features.items()
+            if level not in self._interpolated
+        }
         if len(clips) == 1:
             self._seen[clips] = result
         return result
@@ -223,8 +238,8 @@ class StyleClips:
 
     @cached_property
     def _interpolated(self) -> Style:
-        """The levels that are interpolated: the key poses, where there are some. Of the others, which add little beside them and
-        are many more numbers, the nearest clip's are taken."""
+        """The levels that are interpolated: the key poses, where there are some. Of the others, which add little beside
+        them and are many more numbers, the nearest clip's are taken."""
         return {KEY_POSES: self.features[KEY_POSES]} if KEY_POSES in self.features else self.features
 
     @cached_property
@@ -247,7 +262,8 @@ class StyleClips:
 
 
 def single(features: Style | Tensor, motion: np.ndarray) -> StyleClips:
-    """A style of one clip, encoded to features (a batch of 1, or a code (C,)), whose motion is features (frames, 21, 15)."""
+    """A style of one clip, encoded to features (a batch of 1, or a code (C,)), whose motion is features (frames, 21,
+    15)."""
     gait = Gait(("clip",), _root_velocity(motion)[None], np.zeros(1), np.zeros(1), no_cycles(1), None)
     return StyleClips(features[None] if isinstance(features, Tensor) else features, gait)
 
@@ -255,9 +271,20 @@ def single(features: Style | Tensor, motion: np.ndarray) -> StyleClips:
 def main_clip(clips: StyleClips) -> StyleClips:
     """The same style as its first clip alone shows it."""
     first = slice(0, 1)
-    features = (clips.features[first] if isinstance(clips.features, Tensor) else
-                {level: PartStyle(*(t[:, first] for t in part)) for level, part in clips.features.items()})
+    features = (
+        clips.features[first]
+        if isinstance(clips.features, Tensor)
+        else {level: PartStyle(*(t[:, first] for t in part)) for level, part in clips.features.items()}
+    )
     gait = clips.gait
-    return replace(clips, features=features, gait=gait._replace(
-        movements=gait.movements[first], root_velocities=gait.root_velocities[first], runs=gait.runs[first],
-        cadences=gait.cadences[first], cycles=gait.cycles[first]))
+    return replace(
+        clips,
+        features=features,
+        gait=gait._replace(
+            movements=gait.movements[first],
+            root_velocities=gait.root_velocities[first],
+            runs=gait.runs[first],
+            cadences=gait.cadences[first],
+            cycles=gait.cycles[first],
+        ),
+    )

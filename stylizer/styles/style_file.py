@@ -20,16 +20,31 @@ FORMAT, FORMER_FORMAT = "patchwalk-style-2", "patchwalk-style-1"  # the former o
 GAIT_NUMBERS = ("root_velocities", "runs", "cadences", "cycles")  # of Gait, kept in a style file as they are
 
 
-def write(path: Path, name: str, style: StyleClips, header: dict[str, str], windows: Sequence[np.ndarray] | None = None,
-          **more: np.ndarray) -> None:
+def write(
+    path: Path,
+    name: str,
+    style: StyleClips,
+    header: dict[str, str],
+    windows: Sequence[np.ndarray] | None = None,
+    **more: np.ndarray,
+) -> None:
     """Writes one style file. header: weights (their fingerprint), licence, source, and what else is to be said.
 
-    windows: of each clip, for a style of which no other file holds the motion: new weights can then read it again; more: other
-    arrays to be kept with them."""
-    header = {"format": FORMAT, "name": name, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash(),
-              "movements": json.dumps(style.gait.movements), **header}
-    tensors = {f"{level}.{key}": value.half().contiguous()
-               for level, part in style.features.items() for key, value in part._asdict().items()}
+    windows: of each clip, for a style of which no other file holds the motion: new weights can then read it again;
+    more: other arrays to be kept with them."""
+    header = {
+        "format": FORMAT,
+        "name": name,
+        "layout": LAYOUT_VERSION,
+        "skeleton": skeleton_hash(),
+        "movements": json.dumps(style.gait.movements),
+        **header,
+    }
+    tensors = {
+        f"{level}.{key}": value.half().contiguous()
+        for level, part in style.features.items()
+        for key, value in part._asdict().items()
+    }
     tensors |= gait_tensors(style.gait)
     if windows is not None:
         tensors["windows"] = torch.from_numpy(np.concatenate(windows).astype(np.float16))
@@ -44,7 +59,9 @@ def gait_tensors(gait: Gait, prefix: str = "") -> dict[str, torch.Tensor]:
     """What a file keeps of a gait besides the movements' names, each tensor's name beginning with the prefix."""
     result = {prefix + key: torch.from_numpy(np.asarray(getattr(gait, key), dtype=np.float32)) for key in GAIT_NUMBERS}
     if gait.residual is not None:
-        result[prefix + "residual"] = torch.from_numpy(np.ascontiguousarray(gait.residual[:, RESIDUAL_JOINTS], dtype=np.float16))
+        result[prefix + "residual"] = torch.from_numpy(
+            np.ascontiguousarray(gait.residual[:, RESIDUAL_JOINTS], dtype=np.float16)
+        )
     return result
 
 
@@ -78,7 +95,9 @@ def read_own_motion(path: Path) -> OwnMotion:
     """The controller's motion that the file of the own style holds. Raises ValueError for a file without it."""
     header, tensors = checked(path)
     if "phases" not in tensors:
-        raise ValueError(f"{path} does not hold the controller's motion: run 'patchwalk styles capture', or reinstall Patchwalk")
+        raise ValueError(
+            f"{path} does not hold the controller's motion: run 'patchwalk styles capture', or reinstall Patchwalk"
+        )
     windows = read_windows(tensors)
     phases = np.split(tensors["phases"].double().numpy(), np.cumsum([len(each) for each in windows])[:-1])
     return OwnMotion(windows, phases, read_gait(header, tensors), header.get("controller", ""))
@@ -91,6 +110,8 @@ def checked(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
     wanted = {"format": FORMER_FORMAT if former else FORMAT, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}
     for key, value in wanted.items():
         if header.get(key) != value:
-            raise ValueError(f"{path} was made for {key} '{header.get(key)}', this version needs '{value}': "
-                             "remove the file and add the style again")
+            raise ValueError(
+                f"{path} was made for {key} '{header.get(key)}', this version needs '{value}': "
+                "remove the file and add the style again"
+            )
     return header, tensors

@@ -7,8 +7,8 @@ from stylizer.data.domains import Labelled
 
 
 class Adversarial(nn.Module):
-    """What a system and its discriminator learn in every step, in two turns. Subclasses say what (`learned`) and by which losses
-    (`discriminator_losses`, `generator_losses`)."""
+    """What a system and its discriminator learn in every step, in two turns. Subclasses say what (`learned`) and by
+    which losses (`discriminator_losses`, `generator_losses`)."""
 
     PHASES = ("discriminator", "generator")
 
@@ -26,6 +26,7 @@ class Adversarial(nn.Module):
 
 
 def slope_penalty(score: Tensor, motion: Tensor) -> Tensor:
-    """R1 of Mescheder et al. 2018: mean squared gradient of a discriminator's score (B, 1) at real motion (V, B, T, C)."""
-    gradient, = torch.autograd.grad(score.sum(), motion, create_graph=True)
+    """R1 of Mescheder et al. 2018: mean squared gradient of a discriminator's score (B, 1) at real motion (V, B, T,
+    C)."""
+    (gradient,) = torch.autograd.grad(score.sum(), motion, create_graph=True)
     return gradient.square().sum(dim=(0, 2, 3)).mean()

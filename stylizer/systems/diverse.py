@@ -1,7 +1,8 @@
-"""Diverse Motion Stylization (Park et al., PACMCGIT 4(3), 2021): a graph-convolutional encoder-decoder, and style codes by
-domain, from a clip or from noise. Table 3 of its appendix.
+"""Diverse Motion Stylization (Park et al., PACMCGIT 4(3), 2021): a graph-convolutional encoder-decoder, and style codes
+by domain, from a clip or from noise. Table 3 of its appendix.
 
-Joints turn by forward and up axes (6 numbers) where the paper has quaternions: 9 numbers a joint with its position, not 7."""
+Joints turn by forward and up axes (6 numbers) where the paper has quaternions: 9 numbers a joint with its position, not
+7."""
 
 from dataclasses import dataclass
 from typing import Callable
@@ -37,9 +38,24 @@ class Config:
 
 FULL = Config()  # Table 3
 CONFIG = Config(channels=(24, 48, 96), hidden=(64, 128, 256))  # what a processor can train in half an hour
-# lambda of Eq. 12. The paper's are all one; our cycle and identity are means over all numbers, and would be small beside it.
-RECIPE = Recipe({"adversarial": 1.0, "cycle": 3.0, "identity": 3.0, "style": 1.0, "diversity": -1.0,
-                 "real": 1.0, "fake": 1.0, "slope": 1.0}, batch=8, learning_rate=1e-3, momentum=0.0, average=0.998)
+# lambda of Eq. 12. The paper's are all one; our cycle and identity are means over all numbers, and would be small
+# beside it.
+RECIPE = Recipe(
+    {
+        "adversarial": 1.0,
+        "cycle": 3.0,
+        "identity": 3.0,
+        "style": 1.0,
+        "diversity": -1.0,
+        "real": 1.0,
+        "fake": 1.0,
+        "slope": 1.0,
+    },
+    batch=8,
+    learning_rate=1e-3,
+    momentum=0.0,
+    average=0.998,
+)
 MAPPING_RATE = 0.2  # of F's learning rate in the others'; the paper's is far less, over 100,000 steps
 
 
@@ -58,8 +74,9 @@ class Trunk(nn.Module):
         super().__init__()
         self.stem = nn.Linear(CHANNELS, config.channels[0])
         pairs = zip(config.channels, config.channels[1:])
-        self.blocks = nn.ModuleList(ResBlock(ROOTED[level], a, b, config.taps, norm, ROOTED[level + 1])
-                                    for level, (a, b) in enumerate(pairs, 1))
+        self.blocks = nn.ModuleList(
+            ResBlock(ROOTED[level], a, b, config.taps, norm, ROOTED[level + 1]) for level, (a, b) in enumerate(pairs, 1)
+        )
 
     def forward(self, x: Tensor) -> list[Tensor]:
         """(21, B, T, 9) -> features of G1, G2, G3: (V, B, T / 1 2 4, C); T a multiple of 4."""
@@ -70,15 +87,23 @@ class Trunk(nn.Module):
 
 
 class Decoder(nn.Module):
-    """G_dec (Eq. 3): residual blocks with AdaIN (Eq. 4) from G3 back to G1; skip connections bring the early layers' detail,
-    normalized, so that they bring no style."""
+    """G_dec (Eq. 3): residual blocks with AdaIN (Eq. 4) from G3 back to G1; skip connections bring the early layers'
+    detail, normalized, so that they bring no style."""
 
     def __init__(self, config: Config) -> None:
         super().__init__()
         pairs = list(zip(config.channels, config.channels[1:]))
         self.unpools = nn.ModuleList(Unpool(LEVELS[level + 1], LEVELS[level]) for level in (2, 1))
-        self.blocks = nn.ModuleList(ResBlock(ROOTED[level], pairs[level - 1][1], pairs[level - 1][0], config.taps,
-                                             lambda channels: AdaIN(config.code, channels)) for level in (2, 1))
+        self.blocks = nn.ModuleList(
+            ResBlock(
+                ROOTED[level],
+                pairs[level - 1][1],
+                pairs[level - 1][0],
+                config.taps,
+                lambda channels: AdaIN(config.code, channels),
+            )
+            for level in (2, 1)
+        )
         self.head = nn.Linear(config.channels[0], CHANNELS)
 
     def forward(self, levels: list[Tensor], code: Tensor) -> Tensor:
@@ -90,8 +115,8 @@ class Decoder(nn.Module):
 
 
 class DomainEncoder(nn.Module):
-    """A trunk, the whole graph in one feature, and a linear branch a domain: the style encoder E (Eq. 5) with size = code,
-    the discriminator D with size = 1. The feature is a mean over time, so any length will do."""
+    """A trunk, the whole graph in one feature, and a linear branch a domain: the style encoder E (Eq. 5) with size =
+    code, the discriminator D with size = 1. The feature is a mean over time, so any length will do."""
 
     def __init__(self, config: Config, size: int) -> None:
         super().__init__()
@@ -113,8 +138,14 @@ class Mapping(nn.Module):
         first, second, third = config.hidden
         self.domains = len(config.labels)
         self.of_noise, self.of_domain = nn.Linear(config.noise, first), nn.Linear(self.domains, first)
-        self.rest = nn.Sequential(nn.Linear(2 * first, second), nn.ReLU(), nn.Linear(second, third), nn.ReLU(),
-                                  nn.Linear(third, config.code), nn.Tanh())
+        self.rest = nn.Sequential(
+            nn.Linear(2 * first, second),
+            nn.ReLU(),
+            nn.Linear(second, third),
+            nn.ReLU(),
+            nn.Linear(third, config.code),
+            nn.Tanh(),
+        )
         self.apply(he)
 
     def forward(self, noise: Tensor, domain: Tensor) -> Tensor:
@@ -140,21 +171,22 @@ class Diverse(WholeBody):
         return self.style_encoder(motion[..., HELD], domain)
 
     def code_from_noise(self, noise: Tensor, domain: Tensor) -> Tensor:
-        return self.mapping(noise[:, :self.config.noise], domain)
+        return self.mapping(noise[:, : self.config.noise], domain)
 
     def stylize(self, motion: Tensor, codes: Tensor) -> Tensor:
-        """G: normalized position and axes (21, n B, T, 9) of motion (21, B, T, 9 or more), each in n of the styles of codes
-        (n B, code)."""
+        """G: normalized position and axes (21, n B, T, 9) of motion (21, B, T, 9 or more), each in n of the styles of
+        codes (n B, code)."""
         return self.decoder([for_each(level, codes) for level in self.trunk(motion[..., HELD])], codes)
 
     def restyled(self, motion: Tensor, codes: Tensor) -> Restyled:
         result = self.stylize(motion, codes) * self.deviation[..., HELD] + self.mean[..., HELD]
-        return Restyled(result[..., AXES], result[HIPS:HIPS + 1, ..., PLACE])
+        return Restyled(result[..., AXES], result[HIPS : HIPS + 1, ..., PLACE])
 
 
 class Objective(Adversarial):
-    """Eq. 7 to 12, in two turns. Codes come from F and from E in alternate steps (App. A.2). As in StarGAN v2, whose scheme
-    this is, Eq. 7's generator side is the non-saturating one, and the discriminator's slope at real motion is held low."""
+    """Eq. 7 to 12, in two turns. Codes come from F and from E in alternate steps (App. A.2). As in StarGAN v2, whose
+    scheme this is, Eq. 7's generator side is the non-saturating one, and the discriminator's slope at real motion is
+    held low."""
 
     def __init__(self, config: Config) -> None:
         super().__init__(Diverse(config), DomainEncoder(config, 1))
@@ -163,14 +195,17 @@ class Objective(Adversarial):
         """What each phase changes, and how quickly."""
         mapping = list(self.system.mapping.parameters())
         rest = [p for name, p in self.system.named_parameters() if not name.startswith("mapping.")]
-        return {"discriminator": [(list(self.judge.parameters()), 1.0)], "generator": [(rest, 1.0), (mapping, MAPPING_RATE)]}
+        return {
+            "discriminator": [(list(self.judge.parameters()), 1.0)],
+            "generator": [(rest, 1.0), (mapping, MAPPING_RATE)],
+        }
 
     def two_codes(self, x: Labelled, step: int) -> tuple[Tensor, Tensor]:
         """s_1, s_2 of the target's domain: of two noises, or of two reference motions."""
         model, n = self.system, self.system.config.noise
         if step % 2:
             return model.encode(x.target, x.target_domain), model.encode(x.target_kin, x.target_domain)
-        return tuple(model.code_from_noise(z, x.target_domain) for z in (x.noise[:, :n], x.noise[:, n:2 * n]))
+        return tuple(model.code_from_noise(z, x.target_domain) for z in (x.noise[:, :n], x.noise[:, n : 2 * n]))
 
     def discriminator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """D's side of Eq. 7."""

@@ -1,5 +1,6 @@
-"""Generative Human Motion Stylization in Latent Space (Guo et al., ICLR 2024): a motion autoencoder, and between its two
-halves a content code, a probabilistic style code and a generator with AdaIN. Sizes are ours: the paper's are not at hand."""
+"""Generative Human Motion Stylization in Latent Space (Guo et al., ICLR 2024): a motion autoencoder, and between its
+two halves a content code, a probabilistic style code and a generator with AdaIN. Sizes are ours: the paper's are not at
+hand."""
 
 from dataclasses import dataclass, replace
 
@@ -53,13 +54,29 @@ class Config:
 CONFIG = Config()
 UNLABELLED = replace(CONFIG, labelled=False)
 VARIATIONAL = replace(CONFIG, variational=True)
-RECIPE = Recipe({"pose": 1.0, "speed": 1.0, "size": 1e-3, "smooth": 1e-2, "spread": 1e-3, "way": 1.0,  # Sec. 3.1, 3.2.3
-                 "reconstruction": 1.0, "alignment": 0.1, "cycle": 1.0, "prior": 0.2},  # lambda of Sec. 3.2.2
-                batch=24, learning_rate=1e-3, momentum=0.9, average=0.998)
+RECIPE = Recipe(
+    {
+        "pose": 1.0,
+        "speed": 1.0,
+        "size": 1e-3,
+        "smooth": 1e-2,
+        "spread": 1e-3,
+        "way": 1.0,  # Sec. 3.1, 3.2.3
+        "reconstruction": 1.0,
+        "alignment": 0.1,
+        "cycle": 1.0,
+        "prior": 0.2,
+    },  # lambda of Sec. 3.2.2
+    batch=24,
+    learning_rate=1e-3,
+    momentum=0.9,
+    average=0.998,
+)
 
 
 def kl(mean: Tensor, spread: Tensor, other: Tensor | None = None, other_spread: Tensor | None = None) -> Tensor:
-    """Mean over (...) of the divergence of Gaussians with these means and log variances from others, or from N(0, I)."""
+    """Mean over (...) of the divergence of Gaussians with these means and log variances from others, or from N(0,
+    I)."""
     other = torch.zeros_like(mean) if other is None else other
     other_spread = torch.zeros_like(spread) if other_spread is None else other_spread
     ratio = (spread.exp() + (mean - other).square()) / other_spread.exp()
@@ -67,7 +84,8 @@ def kl(mean: Tensor, spread: Tensor, other: Tensor | None = None, other_spread: 
 
 
 class Encoder(nn.Module):
-    """The autoencoder's E: convolutions that halve the time twice. variational: twice the channels, mean and log variance."""
+    """The autoencoder's E: convolutions that halve the time twice. variational: twice the channels, mean and log
+    variance."""
 
     def __init__(self, config: Config) -> None:
         super().__init__()
@@ -106,8 +124,9 @@ class ContentEncoder(nn.Module):
     def __init__(self, config: Config) -> None:
         super().__init__()
         self.stem = conv(BODY, config.latent, config.width, 3)
-        self.blocks = nn.ModuleList(ResBlock(BODY, config.width, config.width, 3, lambda channels: InstanceNorm())
-                                    for _ in range(config.blocks))
+        self.blocks = nn.ModuleList(
+            ResBlock(BODY, config.width, config.width, 3, lambda channels: InstanceNorm()) for _ in range(config.blocks)
+        )
         self.head, self.norm = nn.Linear(config.width, config.content), InstanceNorm()
 
     def forward(self, z: Tensor) -> Tensor:
@@ -142,8 +161,10 @@ class Generator(nn.Module):
         super().__init__()
         style = config.code + labels
         self.stem = conv(BODY, config.content, config.width, 3)
-        self.blocks = nn.ModuleList(ResBlock(BODY, config.width, config.width, 3, lambda channels: AdaIN(style, channels))
-                                    for _ in range(config.blocks))
+        self.blocks = nn.ModuleList(
+            ResBlock(BODY, config.width, config.width, 3, lambda channels: AdaIN(style, channels))
+            for _ in range(config.blocks)
+        )
         self.norm = AdaIN(style, config.width)
         self.head = conv(BODY, config.width, config.latent, 3)
 
@@ -187,11 +208,15 @@ class Latent(WholeBody):
     def one_hot(self, domain: Tensor) -> Tensor:
         """sl: (B,) -> (B, labels); without labels (B, 0)."""
         labels = len(self.config.labels)
-        return F.one_hot(domain, labels).float() if self.config.labelled else torch.zeros(len(domain), 0, device=domain.device)
+        return (
+            F.one_hot(domain, labels).float()
+            if self.config.labelled
+            else torch.zeros(len(domain), 0, device=domain.device)
+        )
 
     def motion_code(self, motion: Tensor) -> Tensor:
         """z, the mean of a VAE's: normalized windows (21, B, T, 15) -> (1, B, T / 4, D_z)."""
-        return self.encoder(whole(motion[..., LOCAL]))[..., :self.config.latent]
+        return self.encoder(whole(motion[..., LOCAL]))[..., : self.config.latent]
 
     def encode(self, motion: Tensor, domain: Tensor) -> Tensor:
         label = self.one_hot(domain)
@@ -199,7 +224,7 @@ class Latent(WholeBody):
 
     def code_from_noise(self, noise: Tensor, domain: Tensor) -> Tensor:
         """A label's style, or, in the unsupervised scheme, any: z_s from the prior N(0, I) (Sec. 3.3 b, d)."""
-        return torch.cat([noise[:, :self.config.code], self.one_hot(domain)], dim=1)
+        return torch.cat([noise[:, : self.config.code], self.one_hot(domain)], dim=1)
 
     def local(self, motion: Tensor, codes: Tensor) -> Tensor:
         """P (1, n B, T, 252) of normalized windows (21, B, T, 15), each in n of the styles of codes (n B, C)."""
@@ -208,17 +233,18 @@ class Latent(WholeBody):
 
     def restyled(self, motion: Tensor, codes: Tensor) -> Restyled:
         result = by_joint(self.local(motion, codes)) * self.deviation[..., LOCAL] + self.mean[..., LOCAL]
-        return Restyled(result[..., AXES], result[HIPS:HIPS + 1, ..., PLACE])
+        return Restyled(result[..., AXES], result[HIPS : HIPS + 1, ..., PLACE])
 
     def root_way(self, motion: Tensor) -> Tensor:
-        """(B, T, 3) the root's velocity x, z in metres and turn rate in radians a second that fit normalized local motion."""
+        """(B, T, 3) the root's velocity x, z in metres and turn rate in radians a second that fit normalized local
+        motion."""
         way = self.regressor(whole(motion[..., LOCAL]))[0]
         return way * self.deviation[HIPS, ..., LAYOUT["root"]] + self.mean[HIPS, ..., LAYOUT["root"]]
 
 
 class Objective(nn.Module):
-    """Two stages: the autoencoder with the regressor learns from all motion, then the stylization between its halves, which
-    stay as they are (Eq. 1 to 4)."""
+    """Two stages: the autoencoder with the regressor learns from all motion, then the stylization between its halves,
+    which stay as they are (Eq. 1 to 4)."""
 
     PHASES = ("autoencoder", "stylization")
 
@@ -258,8 +284,12 @@ class Objective(nn.Module):
         rebuilt = model.pose_decoder(z)
         way = motion[:1, ..., LAYOUT["root"]]
         miss = rebuilt - pose
-        return {"pose": (miss.abs() * newest(pose)).mean(), "speed": miss.diff(dim=2).abs().mean(), **regularized,
-                "way": (model.regressor(pose) - way).abs().mean()}
+        return {
+            "pose": (miss.abs() * newest(pose)).mean(),
+            "speed": miss.diff(dim=2).abs().mean(),
+            **regularized,
+            "way": (model.regressor(pose) - way).abs().mean(),
+        }
 
     def noise_like(self, z: Tensor, noise: Tensor) -> Tensor:
         """Standard normal numbers in the shape of z, from a generator that the batch's own numbers seed."""
@@ -277,19 +307,22 @@ class Objective(nn.Module):
         labels = torch.cat([label, label, other])
         content = model.content_encoder(z)
         mean, spread = model.style_encoder(z, labels)
-        noise = x.noise[:, :model.config.code]
+        noise = x.noise[:, : model.config.code]
         style = torch.cat([mean + (spread / 2).exp() * noise.repeat(3, 1), labels], dim=1)
         second, third = slice(size, 2 * size), slice(2 * size, None)
 
-        made = model.generator(torch.cat([content[:, :2 * size], content[:, second]], dim=1),
-                               torch.cat([style[:2 * size], style[third]]))
-        rebuilt, transferred = made[:, :2 * size], made[:, 2 * size:]  # z^1 and z^2 again, and z^t
+        made = model.generator(
+            torch.cat([content[:, : 2 * size], content[:, second]], dim=1), torch.cat([style[: 2 * size], style[third]])
+        )
+        rebuilt, transferred = made[:, : 2 * size], made[:, 2 * size :]  # z^1 and z^2 again, and z^t
         mean_t, spread_t = model.style_encoder(transferred, other)
         style_t = torch.cat([mean_t + (spread_t / 2).exp() * noise, other], dim=1)
-        cycled = model.generator(torch.cat([model.content_encoder(transferred), content[:, third]], dim=1),
-                                 torch.cat([style[second], style_t]))
+        cycled = model.generator(
+            torch.cat([model.content_encoder(transferred), content[:, third]], dim=1),
+            torch.cat([style[second], style_t]),
+        )
         return {
-            "reconstruction": self.apart(rebuilt, z[:, :2 * size], pose[:, :2 * size]),  # Eq. 1
+            "reconstruction": self.apart(rebuilt, z[:, : 2 * size], pose[:, : 2 * size]),  # Eq. 1
             "alignment": kl(mean[:size], spread[:size], mean[second], spread[second]),  # Eq. 2
             "cycle": self.apart(cycled, z[:, size:], pose[:, size:]),  # Eq. 3
             "prior": kl(torch.cat([mean, mean_t]), torch.cat([spread, spread_t])),  # Eq. 4

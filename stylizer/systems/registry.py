@@ -4,9 +4,14 @@ from importlib import import_module
 from types import ModuleType
 
 # network -> (module beside this one, the name of its configuration there)
-NETWORKS = {"unpaired": ("unpaired", "CONFIG"), "diverse": ("diverse", "CONFIG"), "diverse_full": ("diverse", "FULL"),
-            "latent": ("latent", "CONFIG"), "latent_unlabelled": ("latent", "UNLABELLED"),
-            "latent_vae": ("latent", "VARIATIONAL")}
+NETWORKS = {
+    "unpaired": ("unpaired", "CONFIG"),
+    "diverse": ("diverse", "CONFIG"),
+    "diverse_full": ("diverse", "FULL"),
+    "latent": ("latent", "CONFIG"),
+    "latent_unlabelled": ("latent", "UNLABELLED"),
+    "latent_vae": ("latent", "VARIATIONAL"),
+}
 
 
 def module(network: str) -> ModuleType:

@@ -33,10 +33,25 @@ from stylizer.systems.whole_body import Restyled, WholeBody
 
 POSITION, ROTATION = LAYOUT["position"], LAYOUT["rotation"]
 TURNS = JOINT_COUNT * 6
-# What both our skeleton and a pose detector know. Hips and neck are where detectors have them: between the joints of the legs,
-# and of the arms.
-POINTS = ("Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot", "Neck", "Head",
-          "LeftArm", "LeftForeArm", "LeftHand", "RightArm", "RightForeArm", "RightHand")
+# What both our skeleton and a pose detector know. Hips and neck are where detectors have them: between the joints of
+# the legs, and of the arms.
+POINTS = (
+    "Hips",
+    "LeftUpLeg",
+    "LeftLeg",
+    "LeftFoot",
+    "RightUpLeg",
+    "RightLeg",
+    "RightFoot",
+    "Neck",
+    "Head",
+    "LeftArm",
+    "LeftForeArm",
+    "LeftHand",
+    "RightArm",
+    "RightForeArm",
+    "RightHand",
+)
 POINT_SCALE = 0.5  # metres that count as 1
 YAWS, SCALES = (-torch.pi / 2, torch.pi / 2), (0.8, 1.2)  # of the views that training looks from (Sec. 3.3)
 MARGIN = 5.0  # delta of Eq. 7
@@ -57,8 +72,22 @@ class Config:
 
 CONFIG = Config()
 # alpha of Eq. 8; Eq. 3 is here a mean over all numbers, which makes it small beside the paper's.
-RECIPE = Recipe({"content": 5.0, "adversarial": 1.0, "feature": 0.5, "joint": 0.3, "triplet": 0.3,
-                 "real": 1.0, "fake": 1.0, "slope": 1.0}, batch=16, learning_rate=1e-3, momentum=0.5, average=0.998)
+RECIPE = Recipe(
+    {
+        "content": 5.0,
+        "adversarial": 1.0,
+        "feature": 0.5,
+        "joint": 0.3,
+        "triplet": 0.3,
+        "real": 1.0,
+        "fake": 1.0,
+        "slope": 1.0,
+    },
+    batch=16,
+    learning_rate=1e-3,
+    momentum=0.5,
+    average=0.998,
+)
 JUDGE_RATE = 0.3  # of D's learning rate in the others': it has the easier task
 
 
@@ -69,7 +98,9 @@ class ContentEncoder(nn.Module):
         super().__init__()
         self.convs, self.halve = stack([TURNS, *config.content], config.taps), halving()
         self.norm = InstanceNorm()
-        self.residual = ResBlock(BODY, config.content[-1], config.content[-1], config.taps, lambda channels: InstanceNorm())
+        self.residual = ResBlock(
+            BODY, config.content[-1], config.content[-1], config.taps, lambda channels: InstanceNorm()
+        )
 
     def forward(self, x: Tensor) -> Tensor:
         """(1, B, T, 126) -> z_c (1, B, T / 4, C)"""
@@ -84,8 +115,9 @@ class StyleEncoder(nn.Module):
     def __init__(self, config: Config, channels: int) -> None:
         super().__init__()
         self.convs, self.halve = stack([channels, *config.style], config.taps), halving()
-        self.head = nn.Sequential(nn.Linear(config.style[-1], config.code), nn.LeakyReLU(0.2),
-                                  nn.Linear(config.code, config.code))
+        self.head = nn.Sequential(
+            nn.Linear(config.style[-1], config.code), nn.LeakyReLU(0.2), nn.Linear(config.code, config.code)
+        )
 
     def forward(self, x: Tensor) -> Tensor:
         """(1, B, T, channels) -> z_s (B, code)"""
@@ -95,14 +127,16 @@ class StyleEncoder(nn.Module):
 
 
 class Decoder(nn.Module):
-    """F: residual blocks with AdaIN, whose parameters a perceptron makes of z_s, then convolutions that double the time."""
+    """F: residual blocks with AdaIN, whose parameters a perceptron makes of z_s, then convolutions that double the
+    time."""
 
     def __init__(self, config: Config) -> None:
         super().__init__()
         width = config.content[-1]
         self.perceptron = nn.Sequential(nn.Linear(config.code, config.code), nn.LeakyReLU(0.2))
-        self.residuals = nn.ModuleList(ResBlock(BODY, width, width, config.taps, lambda channels: AdaIN(config.code, channels))
-                                       for _ in range(2))
+        self.residuals = nn.ModuleList(
+            ResBlock(BODY, width, width, config.taps, lambda channels: AdaIN(config.code, channels)) for _ in range(2)
+        )
         self.convs, self.twice = stack([*config.content[::-1], config.content[0]], config.taps), doubling()
         self.head = nn.Linear(config.content[0], TURNS)
 
@@ -132,11 +166,13 @@ class Unpaired(WholeBody):
         return self.style_3d(whole(motion[..., POSITION]))
 
     def encode_points(self, points: Tensor) -> Tensor:
-        """E_S^2D: points (B, T, 15, 2) in metres about the hips, x to the right of the picture, y up -> codes (B, code)."""
+        """E_S^2D: points (B, T, 15, 2) in metres about the hips, x to the right of the picture, y up -> codes (B,
+        code)."""
         return self.style_2d(points.flatten(2)[None] / POINT_SCALE)
 
     def transfer(self, motion: Tensor, codes: Tensor) -> Tensor:
-        """Eq. 1: normalized axes (21, n B, T, 6) of windows (21, B, T, 15), each in n of the styles of codes (n B, code)."""
+        """Eq. 1: normalized axes (21, n B, T, 6) of windows (21, B, T, 15), each in n of the styles of codes (n B,
+        code)."""
         content = self.content_encoder(whole(motion[..., ROTATION]))
         return by_joint(self.decoder(for_each(content, codes), codes))
 
@@ -154,7 +190,8 @@ class Unpaired(WholeBody):
         return torch.cat([places / self.deviation[..., POSITION], turns], dim=-1)
 
     def projected(self, motion: Tensor, yaw: Tensor, scale: Tensor) -> Tensor:
-        """P of Eq. 6, weak perspective: normalized windows (21, B, T, 15) seen from yaw (B,), times scale (B,): (B, T, 15, 2)."""
+        """P of Eq. 6, weak perspective: normalized windows (21, B, T, 15) seen from yaw (B,), times scale (B,): (B, T,
+        15, 2)."""
         places = motion[..., POSITION] * self.deviation[..., POSITION] + self.mean[..., POSITION]
         places = points_of(places.permute(1, 2, 0, 3))
         right = torch.stack([torch.cos(yaw), torch.zeros_like(yaw), -torch.sin(yaw)], dim=-1)
@@ -164,8 +201,10 @@ class Unpaired(WholeBody):
 
 def points_of(places: Tensor) -> Tensor:
     """POINTS (B, T, 15, 3) about the hips, of joints (B, T, 21, 3)."""
-    between = {name: (places[..., INDEX[f"Left{side}"], :] + places[..., INDEX[f"Right{side}"], :]) / 2
-               for name, side in (("Hips", "UpLeg"), ("Neck", "Arm"))}
+    between = {
+        name: (places[..., INDEX[f"Left{side}"], :] + places[..., INDEX[f"Right{side}"], :]) / 2
+        for name, side in (("Hips", "UpLeg"), ("Neck", "Arm"))
+    }
     found = [between[name] if name in between else places[..., INDEX[name], :] for name in POINTS]
     return torch.stack(found, dim=-2) - between["Hips"][..., None, :]
 
@@ -179,7 +218,8 @@ class Discriminator(nn.Module):
         self.head = DomainHead(config.judge[-1], len(config.labels), 1)
 
     def feature(self, posed: Tensor) -> Tensor:
-        """D_f: (1, B, T, 189) -> (2 B, C), of the windows and then of their ends alone, which a live stream is made of."""
+        """D_f: (1, B, T, 189) -> (2 B, C), of the windows and then of their ends alone, which a live stream is made
+        of."""
         return torch.cat([self._pooled(posed), self._pooled(posed[:, :, -END:])])
 
     def _pooled(self, posed: Tensor) -> Tensor:
@@ -195,16 +235,18 @@ class Discriminator(nn.Module):
 class Objective(Adversarial):
     """Eq. 3 to 8, in two turns: the discriminator's and the generator's.
 
-    The adversarial terms are least squares with 1 for real and 0 for fake; the discriminator's slope at real motion is held
-    low, without which so small a one runs away."""
+    The adversarial terms are least squares with 1 for real and 0 for fake; the discriminator's slope at real motion is
+    held low, without which so small a one runs away."""
 
     def __init__(self, config: Config) -> None:
         super().__init__(Unpaired(config), Discriminator(config))
 
     def learned(self) -> dict[str, list[tuple[list[nn.Parameter], float]]]:
         """What each phase changes, and how quickly."""
-        return {"discriminator": [(list(self.judge.parameters()), JUDGE_RATE)],
-                "generator": [(list(self.system.parameters()), 1.0)]}
+        return {
+            "discriminator": [(list(self.judge.parameters()), JUDGE_RATE)],
+            "generator": [(list(self.system.parameters()), 1.0)],
+        }
 
     def discriminator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """The discriminator's side of Eq. 4."""
@@ -213,8 +255,10 @@ class Objective(Adversarial):
             fake = whole(model.posed(model.transfer(x.source, model.encode(x.target))))
         real = whole(model.posed(x.target[..., ROTATION])).requires_grad_(step % 8 == 0)
         score = judge.score(judge.feature(real), x.target_domain)
-        terms = {"real": (score - 1).square().mean(),
-                 "fake": judge.score(judge.feature(fake), x.target_domain).square().mean()}
+        terms = {
+            "real": (score - 1).square().mean(),
+            "fake": judge.score(judge.feature(fake), x.target_domain).square().mean(),
+        }
         if real.requires_grad:
             terms["slope"] = slope_penalty(score, real)
         return terms
@@ -233,7 +277,9 @@ class Objective(Adversarial):
         rebuilt, restyled = model.posed(both).chunk(2, dim=1)
         fake = judge.feature(whole(restyled))
         with torch.no_grad():
-            real = torch.stack([judge.feature(whole(model.posed(one[..., ROTATION]))) for one in (x.target, x.target_kin)])
+            real = torch.stack(
+                [judge.feature(whole(model.posed(one[..., ROTATION]))) for one in (x.target, x.target_kin)]
+            )
         apart = (target - target_kin).norm(dim=1) - (target - kin).norm(dim=1)
         others = x.source_domain != x.target_domain
         return {
@@ -246,7 +292,7 @@ class Objective(Adversarial):
 
     def views(self, x: Labelled) -> list[tuple[Tensor, Tensor]]:
         """(yaw, scale), (3 B,) each, of every view, out of the batch's random numbers."""
-        drawn = torch.special.ndtr(x.noise[:, :2 * self.system.config.views]).repeat(3, 1)  # uniform in 0 .. 1
+        drawn = torch.special.ndtr(x.noise[:, : 2 * self.system.config.views]).repeat(3, 1)  # uniform in 0 .. 1
         spans = ((YAWS, drawn[:, 0::2]), (SCALES, drawn[:, 1::2]))
         yaws, scales = (low + (high - low) * share for (low, high), share in spans)
         return list(zip(yaws.unbind(1), scales.unbind(1)))

@@ -1,7 +1,7 @@
 """Systems that restyle the whole body at once: what they share, and how one frame or a clip is made of their answers.
 
-A style is one vector, its code. A part that wears it takes what the answer in that style says of its joints, so parts may wear
-different styles: the system is then asked once for each."""
+A style is one vector, its code. A part that wears it takes what the answer in that style says of its joints, so parts
+may wear different styles: the system is then asked once for each."""
 
 from typing import Mapping, NamedTuple, Sequence
 
@@ -22,17 +22,20 @@ HIPS = INDEX["Hips"]
 class Restyled(NamedTuple):
     """What a system answers, in the character's own frame, not normalized.
 
-    axes: (21, B, T, 6) forward and up axis of each joint; hips: (1, B, T, 3) metres, None: as low as lets the feet stand."""
+    axes: (21, B, T, 6) forward and up axis of each joint; hips: (1, B, T, 3) metres, None: as low as lets the feet
+    stand."""
 
     axes: Tensor
     hips: Tensor | None
 
 
 class WholeBody(Scaled):
-    """A system by its style codes. `config.window` is the samples of a window, `config.labels` the domains it was taught."""
+    """A system by its style codes. `config.window` is the samples of a window, `config.labels` the domains it was
+    taught."""
 
     KIND: str
-    HELD_BEHIND = 0  # samples: a live window ends with its newest one held so long, for a system that answers its end weakly
+    # samples: a live window ends with its newest one held so long, for a system that answers its end weakly
+    HELD_BEHIND = 0
 
     def __init__(self, config) -> None:
         super().__init__(config)
@@ -47,8 +50,8 @@ class WholeBody(Scaled):
         raise NotImplementedError
 
     def code_from_noise(self, noise: Tensor, domain: Tensor) -> Tensor:
-        """Codes (B, C) without a clip, from standard normal numbers (B, NOISE) and domains (B,). Raises ValueError where a system
-        takes styles from clips only."""
+        """Codes (B, C) without a clip, from standard normal numbers (B, NOISE) and domains (B,). Raises ValueError
+        where a system takes styles from clips only."""
         raise ValueError(f"the {self.KIND} stylizer takes styles from clips only: name a clip or a style")
 
     @torch.inference_mode()
@@ -73,16 +76,17 @@ class WholeBody(Scaled):
 
 @torch.inference_mode()
 def answers(model: WholeBody, windows: np.ndarray, codes: Tensor, last: int | None = None) -> np.ndarray:
-    """Features (n B, T, 21, 15) of windows (B, T, 21, 15), each in n of the styles of codes (n B, C); or the `last` samples."""
+    """Features (n B, T, 21, 15) of windows (B, T, 21, 15), each in n of the styles of codes (n B, C); or the `last`
+    samples."""
     result = model.restyled(model.normalize(torch.from_numpy(windows.astype(np.float32))), codes)
-    axes, hips = (None if x is None else x.permute(1, 2, 0, 3)[:, -(last or 0):].double().numpy() for x in result)
-    content = np.tile(windows[:, -(last or 0):], (len(codes) // len(windows), 1, 1, 1))
+    axes, hips = (None if x is None else x.permute(1, 2, 0, 3)[:, -(last or 0) :].double().numpy() for x in result)
+    content = np.tile(windows[:, -(last or 0) :], (len(codes) // len(windows), 1, 1, 1))
     return completed(content, axes, None if hips is None else hips[..., 0, :])
 
 
 def completed(content: np.ndarray, axes: np.ndarray, hips: np.ndarray | None) -> np.ndarray:
-    """Features (..., T, 21, 15) of a body that turns as axes (..., T, 21, 6), its hips at (..., T, 3), with bones of our length,
-    the root going the content's way. Without hips it stands as high over its feet as the content."""
+    """Features (..., T, 21, 15) of a body that turns as axes (..., T, 21, 6), its hips at (..., T, 3), with bones of
+    our length, the root going the content's way. Without hips it stands as high over its feet as the content."""
     rotations = rot.from_6d(axes)
     positions = forward_kinematics(content[..., HIPS, LAYOUT["position"]] if hips is None else hips, rotations)
     if hips is None:
@@ -107,7 +111,9 @@ def velocities(content: np.ndarray, positions: np.ndarray) -> np.ndarray:
 
 def joints_by_code(wanted: Sequence[tuple | None]) -> dict[tuple, np.ndarray]:
     """What the five parts wear -> the joints (n,) that wear it; parts that are given None wear nothing."""
-    return {worn: np.flatnonzero([wanted[part] == worn for part in PART_OF_JOINT]) for worn in dict.fromkeys(wanted) if worn}
+    return {
+        worn: np.flatnonzero([wanted[part] == worn for part in PART_OF_JOINT]) for worn in dict.fromkeys(wanted) if worn
+    }
 
 
 def together(content: np.ndarray, styled: Mapping[tuple, np.ndarray], joints: Mapping[tuple, np.ndarray]) -> np.ndarray:
@@ -119,6 +125,6 @@ def together(content: np.ndarray, styled: Mapping[tuple, np.ndarray], joints: Ma
 
 
 def velocity_factor(features: np.ndarray) -> float:
-    """V of Aberman et al. 2020, Eq. 2, in metres a second: the temporal mean of the greatest local joint velocity of features
-    (..., 21, 15)."""
+    """V of Aberman et al. 2020, Eq. 2, in metres a second: the temporal mean of the greatest local joint velocity of
+    features (..., 21, 15)."""
     return float(np.linalg.norm(features[..., LAYOUT["velocity"]], axis=-1).max(axis=-1).mean())

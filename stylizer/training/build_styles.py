@@ -24,8 +24,8 @@ from stylizer.systems.whole_body import WholeBody, velocity_factor
 
 
 def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]:
-    """Writes into out_dir, for a controller that moves like `own`: the own style, and all other styles of the folder `styles`,
-    those of Motion Puzzle and the codes of the whole-body systems. Returns the files.
+    """Writes into out_dir, for a controller that moves like `own`: the own style, and all other styles of the folder
+    `styles`, those of Motion Puzzle and the codes of the whole-body systems. Returns the files.
 
     Raises ValueError, and writes nothing, where weights or styles are missing or do not belong together."""
     out_dir = Path(out_dir)
@@ -40,7 +40,8 @@ def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]
             raise ValueError(f"{path} was made by another version of Patchwalk: reinstall it or train again")
 
     own_style.write(out_dir, own, model, fingerprint)
-    own = read_own_motion(out_dir / f"{OWN}.safetensors")  # as every later reader finds it: the file keeps half precision
+    # as every later reader finds it: the file keeps half precision
+    own = read_own_motion(out_dir / f"{OWN}.safetensors")
     for path, file in puzzle.items():
         _write_style(out_dir / path.name, model, own, *file)
     for path, file in codes.items():
@@ -48,17 +49,22 @@ def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]
     return [out_dir / f"{OWN}.safetensors", *(out_dir / path.relative_to(styles) for path in (*puzzle, *codes))]
 
 
-def _write_style(path: Path, model: MotionPuzzle, own: OwnMotion, header: dict[str, str],
-                 tensors: dict[str, torch.Tensor]) -> None:
+def _write_style(
+    path: Path, model: MotionPuzzle, own: OwnMotion, header: dict[str, str], tensors: dict[str, torch.Tensor]
+) -> None:
     """A style of Motion Puzzle, given as its file for another controller."""
-    features = {level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
-                for level in model.config.styled}
+    features = {
+        level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
+        for level in model.config.styled
+    }
     style = refit_clips(model, StyleClips(features, read_gait(header, tensors)), own)
     kept = {key: header[key] for key in ("weights", "licence", "source")}
     write(path, header["name"], style, kept | {"controller": own.controller})
 
 
-def _write_codes(path: Path, model: WholeBody, own: OwnMotion, header: dict[str, str], tensors: dict[str, torch.Tensor]) -> None:
+def _write_codes(
+    path: Path, model: WholeBody, own: OwnMotion, header: dict[str, str], tensors: dict[str, torch.Tensor]
+) -> None:
     """The codes of a whole-body system, given as their file for another controller: only the own style's change."""
     style = encode_codes(model, own.windows, own.gait, [OWN] * len(own.windows))
     tensors = {name: tensor for name, tensor in tensors.items() if name.partition(".")[0] != OWN}

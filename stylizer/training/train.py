@@ -1,6 +1,6 @@
 """Training of the stylizers: unlabelled clips or labelled ones, one CPU core, a GPU, or several processes.
 
-    torchrun --nproc-per-node 2 -m demo train stylizer --data DIR --out OUT
+torchrun --nproc-per-node 2 -m demo train stylizer --data DIR --out OUT
 """
 
 import csv
@@ -25,15 +25,25 @@ CHECKPOINT_SECONDS = 240
 T = TypeVar("T")
 
 
-def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = False, seed: int = 1,
-          network: str = weights.SLIM, recipe: str = "ours", leave_out: Sequence[str] = (), steps: int | None = None) -> Path:
+def train(
+    data_dir: Path,
+    out_dir: Path,
+    minutes: float = 60,
+    resume: bool = False,
+    seed: int = 1,
+    network: str = weights.SLIM,
+    recipe: str = "ours",
+    leave_out: Sequence[str] = (),
+    steps: int | None = None,
+) -> Path:
     """Trains on every BVH under data_dir; writes pack, checkpoint, curve (CSV, PNG), weights and styles under out_dir.
 
     network and recipe: names of `configs.CONFIGS` and `losses.RECIPES`; a network of `systems.NETWORKS` has a recipe of
-    its own. Stops after `minutes` of training in all, or `steps` where networks are to be compared that cost unlike; `resume`
-    goes on from the checkpoint exactly where it stopped, random numbers included. leave_out: words; clips with one of them in
-    their name are not learned from. Under torchrun every process draws its own windows and the first one writes.
-    Returns the weight file's path. Raises ValueError for unknown names and where the folder holds nothing to learn from."""
+    its own. Stops after `minutes` of training in all, or `steps` where networks are to be compared that cost unlike;
+    `resume` goes on from the checkpoint exactly where it stopped, random numbers included. leave_out: words; clips with
+    one of them in their name are not learned from. Under torchrun every process draws its own windows and the first one
+    writes. Returns the weight file's path. Raises ValueError for unknown names and where the folder holds nothing to
+    learn from."""
     data_dir, out_dir = Path(data_dir), Path(out_dir)
     make = trainer_of(network, recipe)
     with Processes() as rank:
@@ -54,7 +64,9 @@ def train(data_dir: Path, out_dir: Path, minutes: float = 60, resume: bool = Fal
             return trainer.step if steps else trainer.spent
 
         saved = trainer.spent
-        with tqdm(total=round(budget), initial=round(done()), unit=unit, desc="train stylizer", disable=rank > 0) as bar:
+        with tqdm(
+            total=round(budget), initial=round(done()), unit=unit, desc="train stylizer", disable=rank > 0
+        ) as bar:
             while done() < budget:
                 terms = trainer.update(done() / budget)
                 bar.n = min(round(done()), bar.total)
@@ -96,12 +108,14 @@ def named(table: dict[str, T], name: str, what: str) -> T:
 def plot_curve(path: Path) -> None:
     """Draws the CSV's losses as a PNG beside it: lines for training, dots for the held-out clips."""
     import matplotlib
+
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
+
     with path.open() as file:
         rows = list(csv.DictReader(file))
     figure, axes = plt.subplots(figsize=(8, 4.5))
-    for color, name in enumerate(name[len("held_out_"):] for name in rows[0] if name.startswith("held_out_")):
+    for color, name in enumerate(name[len("held_out_") :] for name in rows[0] if name.startswith("held_out_")):
         for label, style in ((name, "-"), (f"held_out_{name}", "o")):
             points = [(float(r["minutes"]), float(r[label])) for r in rows if r[label]]
             axes.plot(*zip(*points), style, color=f"C{color}", label=label.replace("_", " "))

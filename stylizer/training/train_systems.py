@@ -1,4 +1,5 @@
-"""Training of the whole-body systems: labelled windows, and one optimiser that changes in each phase only what learns in it."""
+"""Training of the whole-body systems: labelled windows, and one optimiser that changes in each phase only what learns
+in it."""
 
 import time
 from dataclasses import replace
@@ -16,8 +17,8 @@ from stylizer.training.trainer import HELD_OUT_BATCHES, SECOND_MOMENT, Trainer, 
 
 
 class SystemTrainer(Trainer):
-    """A `Trainer` of one of `systems.NETWORKS`. The system's own file says what is learned: its RECIPE and its Objective, which
-    gives the terms of each phase (Objective.forward) and what a phase changes (Objective.learned).
+    """A `Trainer` of one of `systems.NETWORKS`. The system's own file says what is learned: its RECIPE and its
+    Objective, which gives the terms of each phase (Objective.forward) and what a phase changes (Objective.learned).
 
     Raises ValueError where the data has no labels, and under torchrun."""
 
@@ -32,23 +33,36 @@ class SystemTrainer(Trainer):
         module, learned_from = systems.module(network), data.split(held_out=False)
         labels = labels_of(learned_from)
         config, self.recipe = replace(systems.config(network), labels=labels), module.RECIPE
-        samplers = [LabelledSampler(part, labels, config.window, seed) for part in (learned_from, data.split(held_out=True))]
+        samplers = [
+            LabelledSampler(part, labels, config.window, seed) for part in (learned_from, data.split(held_out=True))
+        ]
         self.sampler = samplers[0]
         self.objective = module.Objective(config)
         self.model = self.objective.system
         self.model.set_statistics(*statistics(LabelledSampler(learned_from, labels, config.window, seed)))
-        self.model.postures.copy_(mean_postures(self.model, LabelledSampler(learned_from, labels, config.window, seed), HELD))
+        self.model.postures.copy_(
+            mean_postures(self.model, LabelledSampler(learned_from, labels, config.window, seed), HELD)
+        )
         self.objective.to(self.device)
         self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=self._averaged)
-        self.learned = {phase: [p for parameters, _ in groups for p in parameters]
-                        for phase, groups in self.objective.learned().items()}
-        self.optimizer = torch.optim.Adam([{"params": parameters, "rate": rate} for groups in self.objective.learned().values()
-                                           for parameters, rate in groups], betas=(self.recipe.momentum, SECOND_MOMENT))
+        self.learned = {
+            phase: [p for parameters, _ in groups for p in parameters]
+            for phase, groups in self.objective.learned().items()
+        }
+        self.optimizer = torch.optim.Adam(
+            [
+                {"params": parameters, "rate": rate}
+                for groups in self.objective.learned().values()
+                for parameters, rate in groups
+            ],
+            betas=(self.recipe.momentum, SECOND_MOMENT),
+        )
         self.held_out = [samplers[1].batch(self.recipe.batch) for _ in range(HELD_OUT_BATCHES)]
         self.progress, self.step, self.spent, self.recent, self.rows = 0.0, 0, 0.0, [], []
 
     def update(self, progress: float) -> dict[str, float]:
-        """One step of every phase that is on; progress 0..1 sets phases and learning rate. Returns the losses by name."""
+        """One step of every phase that is on; progress 0..1 sets phases and learning rate. Returns the losses by
+        name."""
         start, self.progress = time.perf_counter(), progress
         phases, done = self.objective.schedule(progress)
         for group in self.optimizer.param_groups:
@@ -74,5 +88,7 @@ class SystemTrainer(Trainer):
         phase = self.objective.schedule(self.progress)[0][-1]
         with torch.no_grad():
             totals = [self.objective(phase, as_inputs(batch, self.model, self.device), 1) for batch in self.held_out]
-        return {name: float(np.mean([terms[name].item() for terms in totals])) if name in totals[0] else float("nan")
-                for name in self.recipe.weights}
+        return {
+            name: float(np.mean([terms[name].item() for terms in totals])) if name in totals[0] else float("nan")
+            for name in self.recipe.weights
+        }

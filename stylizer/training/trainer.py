@@ -64,10 +64,13 @@ class Trainer:
         if distributed.is_initialized():  # gives every process the first one's network
             self.objective = nn.parallel.DistributedDataParallel(self.objective)
         self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=self._averaged)
-        self.optimizer = torch.optim.RAdam(self.model.parameters(), recipe.learning_rate, (recipe.momentum, SECOND_MOMENT))
+        self.optimizer = torch.optim.RAdam(
+            self.model.parameters(), recipe.learning_rate, (recipe.momentum, SECOND_MOMENT)
+        )
         held_out = Sampler(data.split(held_out=True), seed)
-        self.held_out = [(held_out.batch(recipe.batch), draw_mixing(held_out.random, recipe.batch))
-                         for _ in range(HELD_OUT_BATCHES)]
+        self.held_out = [
+            (held_out.batch(recipe.batch), draw_mixing(held_out.random, recipe.batch)) for _ in range(HELD_OUT_BATCHES)
+        ]
         self.step, self.spent = 0, 0.0
         self.recent: list[dict[str, float]] = []  # losses of the steps since the last row
         self.rows: list[dict[str, float]] = []  # of the curve, since the last log
@@ -96,16 +99,21 @@ class Trainer:
         return result
 
     def _close_row(self) -> None:
-        means = {name: float(np.mean([losses[name] for losses in self.recent if name in losses] or [np.nan]))
-                 for name in self.recipe.weights}
+        means = {
+            name: float(np.mean([losses[name] for losses in self.recent if name in losses] or [np.nan]))
+            for name in self.recipe.weights
+        }
         self.rows.append({"step": self.step, "minutes": self.spent / 60, **means})
         self.recent = []
 
-    def _losses(self, objective: nn.Module, batch: Batch, use_target: np.ndarray,
-                late: bool = True) -> dict[str, torch.Tensor]:
+    def _losses(
+        self, objective: nn.Module, batch: Batch, use_target: np.ndarray, late: bool = True
+    ) -> dict[str, torch.Tensor]:
         windows = {field.name: torch.from_numpy(getattr(batch, field.name)).to(self.device) for field in fields(batch)}
-        inputs = Inputs(**{name: self.model.normalize(window) if window.dim() == 4 else window
-                           for name, window in windows.items()}, use_target=torch.from_numpy(use_target).to(self.device))
+        inputs = Inputs(
+            **{name: self.model.normalize(window) if window.dim() == 4 else window for name, window in windows.items()},
+            use_target=torch.from_numpy(use_target).to(self.device),
+        )
         with torch.autocast(self.device.type, torch.bfloat16, enabled=self.half):
             return objective(inputs, late)
 
@@ -155,9 +163,15 @@ class Trainer:
         """Writes the averaged network's weight file."""
         clips = self.sampler.data.clips
         folders = sorted({clip.name.split("/")[0] for clip in clips})
-        weights.save(self.average.module, path, data=f"{data_dir.name}: {', '.join(folders[:12])}",
-                     licence=f"trained on {credit(data_dir, (data_dir / clip.name for clip in clips))}", command=command,
-                     commit=commit(), steps=str(self.step))
+        weights.save(
+            self.average.module,
+            path,
+            data=f"{data_dir.name}: {', '.join(folders[:12])}",
+            licence=f"trained on {credit(data_dir, (data_dir / clip.name for clip in clips))}",
+            command=command,
+            commit=commit(),
+            steps=str(self.step),
+        )
 
     def _averaged(self, average: torch.Tensor, value: torch.Tensor, count: torch.Tensor) -> torch.Tensor:
         keep = torch.clamp((1 + count) / (10 + count), max=self.recipe.average)  # sooner at first

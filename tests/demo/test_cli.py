@@ -143,19 +143,40 @@ def no_video(path) -> None:
 def test_bench_reports_every_field(folder, fake_models, monkeypatch, capsys):
     monkeypatch.setattr(assemble, "BUNDLED_RECORDING", folder / "good.jsonl")
     monkeypatch.setattr("demo.bench.bench.TURNS", 2)
-    rows = [{"model": "slim", "mode": "live", "sra": [0.9, 0.1], "geodesic": [0.3, 0.0], "jitter_ratio": [1.2, 0.1],
-             "ms_per_frame": [2.0, 0.0]}, {"model": "full", "mode": "offline", "sra": None, "ms_per_frame": None}]
+    rows = [
+        {
+            "model": "slim",
+            "mode": "live",
+            "sra": [0.9, 0.1],
+            "geodesic": [0.3, 0.0],
+            "jitter_ratio": [1.2, 0.1],
+            "ms_per_frame": [2.0, 0.0],
+        },
+        {"model": "full", "mode": "offline", "sra": None, "ms_per_frame": None},
+    ]
     Path("eval.json").write_text(json.dumps({"rows": rows}))
     options = "--seconds 1 --characters 2 --json bench.json --plot bench.png --quality eval.json"
     assert cli.main(["bench", *options.split()]) == 0
     report = json.loads(Path("bench.json").read_text())
     assert report["frames"] == 60 and report["frame"]["p50_ms"] > 0 and len(report["timeline"]) == 1
-    assert set(report) >= {"machine", "stylizer_ms", "ratio", "characters", "rss_mb", "first_frame_s", "first_frame_ms", "noise"}
+    assert set(report) >= {
+        "machine",
+        "stylizer_ms",
+        "ratio",
+        "characters",
+        "rss_mb",
+        "first_frame_s",
+        "first_frame_ms",
+        "noise",
+    }
     times = report["stylizer_ms"]
     assert times["full"]["p50"] > times["paper_slim"]["p50"] > times["shipped"]["p50"] > 0
-    assert report["ratio"]["full_over_shipped"] == pytest.approx(times["full"]["p50"] / times["shipped"]["p50"], rel=0.02)
+    assert report["ratio"]["full_over_shipped"] == pytest.approx(
+        times["full"]["p50"] / times["shipped"]["p50"], rel=0.02
+    )
     assert set(report["characters"]) == {"1", "2", "4", "16", "64"} and min(report["characters"].values()) > 0
-    assert report["bound"] is None and report["steady"] is None  # the tests' stylizer has no network, and a second no minutes
+    # the tests' stylizer has no network, and a second no minutes
+    assert report["bound"] is None and report["steady"] is None
     assert report["machine_speed"]["read_gb_s"] > 0 and Path("bench.png").stat().st_size > 10_000
     assert "one of 64" in capsys.readouterr().out
 
@@ -172,6 +193,7 @@ def test_bundled_recording_is_sound():
 def test_interrupt_is_quiet(monkeypatch, capsys):
     def interrupted(args):
         raise KeyboardInterrupt
+
     monkeypatch.setattr(cli.doctor, "run", interrupted)
     assert cli.main(["doctor"]) == 130
     assert capsys.readouterr() == ("", "")
@@ -184,11 +206,13 @@ def test_help_shows_an_example(command, capsys):
 
 
 def test_help_is_quick_and_its_reader_may_leave():
-    script = ("import sys; from demo import cli; cli.main(['--help']); "
-              "print(*{'torch', 'scipy', 'pygame'} & {*sys.modules}, file=sys.stderr)")
+    script = (
+        "import sys; from demo import cli; cli.main(['--help']); "
+        "print(*{'torch', 'scipy', 'pygame'} & {*sys.modules}, file=sys.stderr)"
+    )
     done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True)
     assert done.stderr == "\n", "nothing heavy is imported for a --help"
-    reader = "exec 3>&1; { python=$0; \"$python\" -m demo --help; echo $? >&3; } | true"
+    reader = 'exec 3>&1; { python=$0; "$python" -m demo --help; echo $? >&3; } | true'
     done = subprocess.run(["bash", "-c", reader, sys.executable], cwd=ROOT, capture_output=True, text=True)
     assert done.stderr == "" and done.stdout.strip() in ("0", "141")
 

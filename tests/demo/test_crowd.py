@@ -17,10 +17,19 @@ def session():
 def test_each_of_a_crowd_does_what_it_would_do_alone(session):
     """To a tenth of a millimetre, as a session whose decoder is asked in other frames."""
     first, other = session.stylizer.styles[:2]
-    script = {0: [(1.0, 0.0), "walk", {"spine": (first, 1.0), "left_arm": (other, 0.7)}], 1: [(0.0, -1.0), "run", {}],
-              2: [(0.0, 1.0), "run", {"right_leg": (other, 1.2)}], 3: [(-0.6, 0.0), "walk", {"spine": (other, 1.0, first, 0.3)}]}
-    commands = [[Command(move if frame < 50 else (0.0, 0.0), None, gait, style if frame > 4 * one else {})
-                 for one, (move, gait, style) in script.items()] for frame in range(70)]
+    script = {
+        0: [(1.0, 0.0), "walk", {"spine": (first, 1.0), "left_arm": (other, 0.7)}],
+        1: [(0.0, -1.0), "run", {}],
+        2: [(0.0, 1.0), "run", {"right_leg": (other, 1.2)}],
+        3: [(-0.6, 0.0), "walk", {"spine": (other, 1.0, first, 0.3)}],
+    }
+    commands = [
+        [
+            Command(move if frame < 50 else (0.0, 0.0), None, gait, style if frame > 4 * one else {})
+            for one, (move, gait, style) in script.items()
+        ]
+        for frame in range(70)
+    ]
     crowd = session.crowd(len(script))
     together = [crowd.step(Commands(each)) for each in commands]
     for one in script:

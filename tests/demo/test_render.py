@@ -45,6 +45,7 @@ def view_of(frame: Frame, **settings) -> View:
 
 # ---- skin and camera -----------------------------------------------------------
 
+
 @pytest.fixture(scope="module")
 def skin():
     return make_skin(0.035)
@@ -133,6 +134,7 @@ def test_style_colours_are_stable_and_tell_styles_apart():
 
 # ---- windows -----------------------------------------------------------
 
+
 def test_nothing_of_opengl_is_imported_before_a_window_is_open():
     code = "import sys, demo.live.live, demo.render.renderer, demo.render.window; sys.exit('OpenGL' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parents[2]).returncode == 0
@@ -153,9 +155,16 @@ def test_no_display_and_no_gl_are_said_in_a_sentence(monkeypatch):
         open_window(visible=False)
 
 
-@pytest.mark.parametrize("screen_size, size", [
-    ((1920, 1080), (1280, 720)), ((3840, 2160), (2560, 1440)), ((1366, 768), (1229, 691)), ((2560, 1440), (1600, 900)),
-    ((1280, 1024), (1152, 648))])
+@pytest.mark.parametrize(
+    "screen_size, size",
+    [
+        ((1920, 1080), (1280, 720)),
+        ((3840, 2160), (2560, 1440)),
+        ((1366, 768), (1229, 691)),
+        ((2560, 1440), (1600, 900)),
+        ((1280, 1024), (1152, 648)),
+    ],
+)
 def test_a_window_is_as_large_as_its_screen_allows(screen_size, size):
     assert window.size_for(screen_size) == size
 
@@ -177,11 +186,13 @@ def test_an_old_opengl_is_refused(monkeypatch):
 
 # ---- pictures -----------------------------------------------------------
 
+
 @pytest.fixture
 def screen():
     with offscreen(SIZE) as opened:
         yield opened
         from OpenGL import GL
+
         assert GL.glGetError() == GL.GL_NO_ERROR
 
 
@@ -198,8 +209,11 @@ def test_golden_picture(screen):
 def test_golden_picture_of_what_is_seen_inside(screen):
     frame = frame_of()
     way = np.linspace(0, 1, 6)[:, None]
-    paths = Paths(way * [-1.0, 0.2] + frame.styled.root_position[[0, 2]], frame.styled.root_position[[0, 2]] + way * [1.0, 0.3],
-                  frame.styled.root_position[[0, 2]] + way * [0.8, 0.5])
+    paths = Paths(
+        way * [-1.0, 0.2] + frame.styled.root_position[[0, 2]],
+        frame.styled.root_position[[0, 2]] + way * [1.0, 0.3],
+        frame.styled.root_position[[0, 2]] + way * [0.8, 0.5],
+    )
     past = tuple(moved(frame.neutral, (-0.12 * age, 0, 0)) for age in (3, 2, 1))
     view = view_of(frame, twin="ghost", skeleton=True, paths=paths, past=past)
     assert_golden("inside_320x180", picture(screen, frame, view, samples=0))

@@ -29,21 +29,32 @@ def clips(tmp_path, monkeypatch) -> list[str]:
 def test_several_files_make_one_style_and_each_says_what_was_taken(clips, capsys):
     assert cli.main(["styles", "add", *clips, "--name", "limp"]) == 0
     said, wrong = capsys.readouterr()
-    assert said == ("added limp\nwalk.bvh: walk from 0.0 to 5.0 s\nrun.bvh: run from 0.0 to 4.0 s\n"
-                    "stand.bvh: stand from 0.0 to 3.0 s\n") and wrong == ""
+    assert (
+        said
+        == (
+            "added limp\nwalk.bvh: walk from 0.0 to 5.0 s\nrun.bvh: run from 0.0 to 4.0 s\n"
+            "stand.bvh: stand from 0.0 to 3.0 s\n"
+        )
+        and wrong == ""
+    )
     assert cli.main(["styles", "list"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == list(catalogue.bank().names)
     columns = {line.split()[0]: line.split("  ", 1)[1].strip() for line in lines}
-    assert columns["limp"] == "walk, run, stand" and "strafe left" in columns["neutral"] and "_" not in columns["neutral"]
+    assert (
+        columns["limp"] == "walk, run, stand" and "strafe left" in columns["neutral"] and "_" not in columns["neutral"]
+    )
     assert cli.main(["styles", "remove", "limp"]) == 0 and capsys.readouterr().out == "removed limp\n"
     assert cli.main(["styles", "list"]) == 0 and "limp" not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("words, said", [
-    ("points walk.bvh", "points is a folder: key points of a video are read with --stylizer unpaired"),
-    ("walk.bvh nowhere.bvh", "nowhere.bvh: No such file"),
-])
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        ("points walk.bvh", "points is a folder: key points of a video are read with --stylizer unpaired"),
+        ("walk.bvh nowhere.bvh", "nowhere.bvh: No such file"),
+    ],
+)
 def test_one_that_cannot_be_used_is_named_and_nothing_is_learned(clips, capsys, words, said):
     assert cli.main(["styles", "add", *words.split(), "--name", "limp"]) == 2
     out, wrong = capsys.readouterr()

@@ -36,14 +36,29 @@ def shown_since_restart(session) -> list[Frame]:
 
 
 def test_a_recording_replays_to_equal_poses(screen):
-    """With the trained models: what the window showed from R to R is what a new session makes of the recording, whatever
-    was looked at meanwhile."""
+    """With the trained models: what the window showed from R to R is what a new session makes of the recording,
+    whatever was looked at meanwhile."""
     session = assemble.build_session()
     frames = shown_since_restart(session)
-    live, _ = play(screen, {0: [key("w")], 5: [key("6"), key("]")], 20: [key("d"), key("left shift")],
-                            40: [key("r")], 60: [key("3"), key("]"), key("a")], 75: [key("q"), key("=")], 80: [key("i")],
-                            85: [key("t"), key("o"), key("h"), key("p"), key("k"), key("g")], 90: [key("backspace")],
-                            95: [key("v"), key("b"), key("]")], 120: [key("r")]}, 2.2, session, session.stylizer.styles)
+    live, _ = play(
+        screen,
+        {
+            0: [key("w")],
+            5: [key("6"), key("]")],
+            20: [key("d"), key("left shift")],
+            40: [key("r")],
+            60: [key("3"), key("]"), key("a")],
+            75: [key("q"), key("=")],
+            80: [key("i")],
+            85: [key("t"), key("o"), key("h"), key("p"), key("k"), key("g")],
+            90: [key("backspace")],
+            95: [key("v"), key("b"), key("]")],
+            120: [key("r")],
+        },
+        2.2,
+        session,
+        session.stylizer.styles,
+    )
     recorded = recording.read(live.files[0])
     assert 75 < len(recorded) < len(frames) and len(recorded.styles) > 2
     assert any(len(worn) == 4 for command in recorded for worn in command.style.values()), "blends are in it"

@@ -30,8 +30,11 @@ def display():
     if not (shutil.which("Xvfb") and shutil.which("xdotool")):
         pytest.skip("needs Xvfb and xdotool")
     reading, writing = os.pipe()
-    server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", "1024x640x24"], pass_fds=[writing],
-                              stderr=subprocess.DEVNULL)
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1024x640x24"],
+        pass_fds=[writing],
+        stderr=subprocess.DEVNULL,
+    )
     os.close(writing)
     number = os.read(reading, 16).decode().strip()
     if not number:
@@ -46,7 +49,9 @@ def test_keys_and_mouse_on_a_real_screen(display, tmp_path):
     environment = {**os.environ, "DISPLAY": display, "PATCHWALK_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
     environment.pop("SDL_VIDEODRIVER", None)
     environment.pop("PYOPENGL_PLATFORM", None)
-    window = subprocess.Popen([sys.executable, "-c", RUN], cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
+    window = subprocess.Popen(
+        [sys.executable, "-c", RUN], cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True
+    )
 
     def drive(*words: str, wait: float = 0.5) -> None:
         subprocess.run(["xdotool", *words], env=environment, check=True)

@@ -1,4 +1,5 @@
-"""What the library promises: the ten lines of its docstring, one sentence for a mistake, and every example as it stands."""
+"""What the library promises: the ten lines of its docstring, one sentence for a mistake, and every example as it
+stands."""
 
 import numpy as np
 import pytest

@@ -48,7 +48,9 @@ def test_quaternions_agree_with_scipy():
     np.testing.assert_allclose((rot.to_scipy(rot.multiply(a, b)) * (scipy_a * scipy_b).inv()).magnitude(), 0, atol=1e-7)
     np.testing.assert_allclose(rot.rotate(a, VECTORS[:, 0]), scipy_a.apply(VECTORS[:, 0]), atol=1e-12)
     np.testing.assert_allclose(rot.rotate(rot.inverse(a), rot.rotate(a, VECTORS[:, 0])), VECTORS[:, 0], atol=1e-12)
-    np.testing.assert_allclose(rot.to_scipy(rot.slerp(a, b, 0.3)).as_matrix(), _scipy_slerp(scipy_a, scipy_b, 0.3), atol=1e-9)
+    np.testing.assert_allclose(
+        rot.to_scipy(rot.slerp(a, b, 0.3)).as_matrix(), _scipy_slerp(scipy_a, scipy_b, 0.3), atol=1e-9
+    )
 
 
 def test_matrices_agree_with_scipy_and_half_turns_come_back():
@@ -117,7 +119,8 @@ def test_two_bone_ik_reaches_the_target_and_keeps_bone_lengths():
 
 
 def test_two_bone_ik_stretches_toward_what_it_cannot_reach():
-    hip, knee, ankle = np.array([0, 1.0, 0]), np.array([0, 0.55, 0.0]), np.array([0, 0.1, 0.0])  # a straight leg, no plane
+    # a straight leg, no plane
+    hip, knee, ankle = np.array([0, 1.0, 0]), np.array([0, 0.55, 0.0]), np.array([0, 0.1, 0.0])
     upper, lower = two_bone_ik(hip, knee, ankle, np.array([0, -1.0, 0.5]), np.array([0, 0, 1.0]))
     way = rot.rotate(upper, knee - hip) + rot.rotate(lower, ankle - knee)
     assert np.linalg.norm(way) == pytest.approx(0.9 * 0.999)
@@ -125,7 +128,12 @@ def test_two_bone_ik_stretches_toward_what_it_cannot_reach():
 
 
 def test_a_knee_stretched_a_little_too_far_bends_forward_and_without_a_jump():
-    hip, ankle, target, pole = np.array([0, 1.0, 0]), np.array([0, 0.1, 0.0]), np.array([0, 0.2, 0.0]), np.array([0, 0, 1.0])
+    hip, ankle, target, pole = (
+        np.array([0, 1.0, 0]),
+        np.array([0, 0.1, 0.0]),
+        np.array([0, 0.2, 0.0]),
+        np.array([0, 0, 1.0]),
+    )
     knees = np.stack([np.full(201, 0.002), np.full(201, 0.55), np.linspace(-0.03, 0.03, 201)], axis=-1)
     upper, _ = two_bone_ik(hip, knees, ankle, target, pole, hinge=True)
     bent = hip + rot.rotate(upper, knees - hip)
@@ -147,7 +155,10 @@ def test_a_soft_spring_begins_without_a_jolt():
         state = soft_spring_step(*state, 0.0, 0.2, 1 / 60)
     assert state == pytest.approx(soft_spring_step(1.0, 0.0, 0.0, 0.0, 0.2, 1.0))
     assert soft_spring_step(1.0, 0.0, 0.0, 0.0, 0.2, 0.2)[0] == pytest.approx(0.5, abs=1e-3)
-    x, v, a = (np.array([soft_spring_step(0.3, -0.5, 2.0, 0.1, 0.15, t)[i] for t in np.linspace(0, 1, 10001)]) for i in range(3))
+    x, v, a = (
+        np.array([soft_spring_step(0.3, -0.5, 2.0, 0.1, 0.15, t)[i] for t in np.linspace(0, 1, 10001)])
+        for i in range(3)
+    )
     assert (x[0], v[0], a[0]) == (pytest.approx(0.3), pytest.approx(-0.5), pytest.approx(2.0))
     assert np.gradient(x, 1e-4)[1:-1] == pytest.approx(v[1:-1], abs=1e-5)
     assert np.gradient(v, 1e-4)[1:-1] == pytest.approx(a[1:-1], abs=1e-3)

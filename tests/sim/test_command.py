@@ -8,18 +8,21 @@ import pytest
 from sim.command import Command
 
 
-@pytest.mark.parametrize("wrong, sentence", [
-    ({"move": (0.0, 9.0)}, "longer than 1, the full stick"),
-    ({"move": (math.nan, 1.0)}, "move is .* must be two numbers"),
-    ({"face": (math.inf, 1.0)}, "face is .* must be two numbers"),
-    ({"move": (0.0, 0.0, 1.0)}, "must be two numbers"),
-    ({"gait": "fly"}, 'gait is "fly", but must be one of walk, run'),
-    ({"style": {"tail": ("old", 1.0)}}, "unknown body part 'tail'"),
-    ({"style": {"arms": ("old", 99)}}, "strength of arms is 99"),
-    ({"style": {"arms": ("old", 1.0, "proud", 2)}}, "share of arms is 2"),
-    ({"style": {"arms": 5}}, "style of arms is 5"),
-    ({"style": {"arms": ("old", True)}}, "style of arms is"),
-])
+@pytest.mark.parametrize(
+    "wrong, sentence",
+    [
+        ({"move": (0.0, 9.0)}, "longer than 1, the full stick"),
+        ({"move": (math.nan, 1.0)}, "move is .* must be two numbers"),
+        ({"face": (math.inf, 1.0)}, "face is .* must be two numbers"),
+        ({"move": (0.0, 0.0, 1.0)}, "must be two numbers"),
+        ({"gait": "fly"}, 'gait is "fly", but must be one of walk, run'),
+        ({"style": {"tail": ("old", 1.0)}}, "unknown body part 'tail'"),
+        ({"style": {"arms": ("old", 99)}}, "strength of arms is 99"),
+        ({"style": {"arms": ("old", 1.0, "proud", 2)}}, "share of arms is 2"),
+        ({"style": {"arms": 5}}, "style of arms is 5"),
+        ({"style": {"arms": ("old", True)}}, "style of arms is"),
+    ],
+)
 def test_what_is_no_command_is_refused(wrong, sentence):
     with pytest.raises(ValueError, match=sentence):
         Command(**wrong)

@@ -49,7 +49,9 @@ def own_motion(features: np.ndarray, name: str = "walk_1.2", controller: str = C
     return OwnMotion([shown.windows], [phase], Gait.of([shown])._replace(residual=None), controller)
 
 
-def write_style(folder, name: str, model: MotionPuzzle, fingerprint: str, movements: list[Movement], own: OwnMotion, **header):
+def write_style(
+    folder, name: str, model: MotionPuzzle, fingerprint: str, movements: list[Movement], own: OwnMotion, **header
+):
     """A style file as those of the package are; it keeps no motion."""
     style = encode_clips(model, [m.windows for m in movements], Gait.of(movements), own)
     header = {"weights": fingerprint, "controller": own.controller, "licence": "none", "source": "made up", **header}

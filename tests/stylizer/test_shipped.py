@@ -1,4 +1,5 @@
-"""The shipped models at work: switches without a whip, replays, what strength 0 and the own style leave alone, a slow clip."""
+"""The shipped models at work: switches without a whip, replays, what strength 0 and the own style leave alone, a slow
+clip."""
 
 from pathlib import Path
 
@@ -38,8 +39,10 @@ def quickest(poses: list[Pose]) -> tuple[float, float]:
     turns = np.array([pose.rotations for pose in poses])
     places = np.array([pose.positions - np.expand_dims(pose.root_position, -2) for pose in poses])
     step = rot.to_rotation_vector(rot.multiply(turns[1:], rot.inverse(turns[:-1])))
-    return (float(np.degrees(np.linalg.norm(step, axis=-1)).max()) * FPS,
-            float(np.linalg.norm(np.diff(places, axis=0), axis=-1).max()))
+    return (
+        float(np.degrees(np.linalg.norm(step, axis=-1)).max()) * FPS,
+        float(np.linalg.norm(np.diff(places, axis=0), axis=-1).max()),
+    )
 
 
 @pytest.mark.parametrize("pace", [True, False])
@@ -63,10 +66,17 @@ def running(session) -> dict[str, list[list[Pose]]]:
     """Four seconds of steady running in styles, each at its own pace and at full speed, all side by side."""
     styles = "old", "proud", "happy", "musical", "youthful"
     crowd = session.crowd(2 * len(styles))
-    commands = Commands([Command((0.0, speed / 3.5), FORWARD, "run", wearing(style), pace)
-                         for style in styles for speed, pace in ((2.5, True), (3.5, False))])
-    poses = [crowd.step(commands).styled for _ in range(6 * FPS)][2 * FPS:]
-    return {style: [[pose[place] for pose in poses] for place in (2 * one, 2 * one + 1)] for one, style in enumerate(styles)}
+    commands = Commands(
+        [
+            Command((0.0, speed / 3.5), FORWARD, "run", wearing(style), pace)
+            for style in styles
+            for speed, pace in ((2.5, True), (3.5, False))
+        ]
+    )
+    poses = [crowd.step(commands).styled for _ in range(6 * FPS)][2 * FPS :]
+    return {
+        style: [[pose[place] for pose in poses] for place in (2 * one, 2 * one + 1)] for one, style in enumerate(styles)
+    }
 
 
 @pytest.mark.parametrize("style", ["old", "proud", "happy", "musical", "youthful"])
@@ -81,13 +91,17 @@ SCRIPT = [Command((0.0, 1.0))] * 40 + [Command((0.4, 0.7))] * 40 + [Command()] *
 
 def drawn(session: Session, style, pace: bool = False) -> list[Pose]:
     session.restart()
-    return [session.step(Command(c.move, c.face, c.gait, style(frame) if callable(style) else style, pace)).styled
-            for frame, c in enumerate(SCRIPT)]
+    return [
+        session.step(Command(c.move, c.face, c.gait, style(frame) if callable(style) else style, pace)).styled
+        for frame, c in enumerate(SCRIPT)
+    ]
 
 
 def equal(one: list[Pose], other: list[Pose]) -> bool:
-    return all(np.array_equal(a.rotations, b.rotations) and np.array_equal(a.hips, b.hips)
-               for a, b in zip(one, other, strict=True))
+    return all(
+        np.array_equal(a.rotations, b.rotations) and np.array_equal(a.hips, b.hips)
+        for a, b in zip(one, other, strict=True)
+    )
 
 
 def test_strength_0_is_the_session_without_a_style_bit_for_bit(session):
@@ -97,8 +111,7 @@ def test_strength_0_is_the_session_without_a_style_bit_for_bit(session):
     assert not equal(drawn(session, wearing("old", 0.2)), plain)
 
 
-@pytest.mark.parametrize("parts", [
-    ("spine", "left_arm", "right_arm"), PART_NAMES], ids=["upper body", "all"])
+@pytest.mark.parametrize("parts", [("spine", "left_arm", "right_arm"), PART_NAMES], ids=["upper body", "all"])
 def test_the_own_style_is_the_session_without_a_style_bit_for_bit(session, parts):
     plain = drawn(session, {})
     for pace in (True, False):
@@ -107,6 +120,7 @@ def test_the_own_style_is_the_session_without_a_style_bit_for_bit(session, parts
 
 def test_two_replays_are_equal_bit_for_bit(session):
     """With styles that have a pace and a time of their own, and a switch."""
+
     def worn(frame):
         return wearing("musical" if frame < 60 else "old") | {"spine": ("sad", 1.0, "proud", min(frame / 60, 1.0))}
 
@@ -120,7 +134,9 @@ def test_a_crowd_at_its_own_paces_does_what_each_would_do_alone(session):
     styles = [wearing("old"), {}, wearing("marching", 0.6), wearing("sad", 1.0, ("left_leg", "right_leg"))]
     script = [Command(c.move, c.face, c.gait, {}, True) for c in SCRIPT[:90]]
     crowd = session.crowd(len(styles))
-    together = [crowd.step(Commands([Command(c.move, c.face, c.gait, style, True) for style in styles])) for c in script]
+    together = [
+        crowd.step(Commands([Command(c.move, c.face, c.gait, style, True) for style in styles])) for c in script
+    ]
     for one, style in enumerate(styles):
         session.restart()
         session.stylizer.mixers[0].__init__(session.stylizer.PERIOD, one % session.stylizer.PERIOD)
@@ -137,7 +153,9 @@ def test_full_stick_in_old_legs_goes_at_the_pace_of_the_old(session):
     ways = {}
     for pace in (True, False):
         session.restart()
-        poses = [session.step(Command(FORWARD, FORWARD, style=wearing("old"), pace=pace)).styled for _ in range(7 * FPS)]
+        poses = [
+            session.step(Command(FORWARD, FORWARD, style=wearing("old"), pace=pace)).styled for _ in range(7 * FPS)
+        ]
         ways[pace] = (poses[-1].root_position[2] - poses[-1 - 4 * FPS].root_position[2]) / 4
     assert ways[True] == pytest.approx(gait.root_velocities[clip, 1], rel=0.2) and ways[True] < 0.9
     assert ways[False] == pytest.approx(1.3, rel=0.1)

@@ -95,7 +95,8 @@ def text(letters: str) -> pygame.event.Event:
 
 
 def mouse(kind: int, at: tuple[float, float], **more) -> pygame.event.Event:
-    """An event of the mouse at a point in pixels: pygame.MOUSEBUTTONDOWN, ..UP (button=1), MOUSEMOTION (rel, buttons)."""
+    """An event of the mouse at a point in pixels: pygame.MOUSEBUTTONDOWN, ..UP (button=1), MOUSEMOTION (rel,
+    buttons)."""
     return pygame.event.Event(kind, pos=(round(at[0]), round(at[1])), **more)
 
 

@@ -1,4 +1,5 @@
-"""The forms of Motion Puzzle as settings of one network: the paper's (Table 3, App. A.1), ours, and what ablations take away.
+"""The forms of Motion Puzzle as settings of one network: the paper's (Table 3, App. A.1), ours, and what ablations take
+away.
 
 The names of `CONFIGS` are what training, evaluation and bench know."""
 
@@ -41,7 +42,11 @@ class Config:
 
     def end(self, channels_in: int, channels_out: int) -> nn.Module:
         """The 1x1 convolution at either end."""
-        return JointLinear(JOINT_COUNT, channels_in, channels_out) if self.own_ends else nn.Linear(channels_in, channels_out)
+        return (
+            JointLinear(JOINT_COUNT, channels_in, channels_out)
+            if self.own_ends
+            else nn.Linear(channels_in, channels_out)
+        )
 
     def width(self, level: int) -> int:
         """Channels at G_level; G_0 is the stem."""
@@ -50,7 +55,11 @@ class Config:
     @property
     def styled(self) -> tuple[int, ...]:
         """The numbers under which the decoder takes in a style."""
-        return (*self.style_levels, *([RESIDUAL] if self.residual_taps else []), *([KEY_POSES] if self.key_poses else []))
+        return (
+            *self.style_levels,
+            *([RESIDUAL] if self.residual_taps else []),
+            *([KEY_POSES] if self.key_poses else []),
+        )
 
 
 FULL = Config()  # Table 3
@@ -59,6 +68,13 @@ PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, Ap
 ADDED = {"style_statistics": 2, "own_ends": True, "key_poses": 96, "way": 32, "relative": True}
 LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
 SLIM = replace(PAPER_SLIM, stem=12, channels=(24, 48, 96), **ADDED)  # what is shipped
-CONFIGS = {"full": FULL, "paper_slim": PAPER_SLIM, "large": LARGE, "slim": SLIM,
-           "no_key_poses": replace(SLIM, key_poses=0), "key_poses_alone": replace(SLIM, decodes=False),
-           "no_attention": replace(SLIM, attention=False), "whole_body_adain": replace(SLIM, by_part=False)}
+CONFIGS = {
+    "full": FULL,
+    "paper_slim": PAPER_SLIM,
+    "large": LARGE,
+    "slim": SLIM,
+    "no_key_poses": replace(SLIM, key_poses=0),
+    "key_poses_alone": replace(SLIM, decodes=False),
+    "no_attention": replace(SLIM, attention=False),
+    "whole_body_adain": replace(SLIM, by_part=False),
+}

@@ -1,7 +1,8 @@
-"""What a style that was seen going one way over the floor looks like going another: who runs tired is not held as who walks so.
+"""What a style that was seen going one way over the floor looks like going another: who runs tired is not held as who
+walks so.
 
-Learned from styles that were captured going several ways. What all of them have in common when they run, back or turn is no
-style; what a style does besides is told by how its clip is held, how lively it is and which way it goes."""
+Learned from styles that were captured going several ways. What all of them have in common when they run, back or turn
+is no style; what a style does besides is told by how its clip is held, how lively it is and which way it goes."""
 
 import numpy as np
 import torch
@@ -21,9 +22,9 @@ MOST = 1.2  # logarithm of the most that a way makes a style livelier, or quiete
 
 
 def known_way(way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The part of ways over the floor (B, 3), in metres and radians a second, that styled captures show, forwards or backwards
-    (B, 3), and how far (B, 1) a way is of that kind: nobody was captured side-stepping or standing in a style, so what was
-    learned says nothing of it, and spine and arms are held there as the style's clip has them."""
+    """The part of ways over the floor (B, 3), in metres and radians a second, that styled captures show, forwards or
+    backwards (B, 3), and how far (B, 1) a way is of that kind: nobody was captured side-stepping or standing in a
+    style, so what was learned says nothing of it, and spine and arms are held there as the style's clip has them."""
     forward = np.zeros_like(way)
     forward[..., 1] = way[..., 1]
     over_floor = np.square(way[..., :2]).sum(axis=-1, keepdims=True)
@@ -32,7 +33,8 @@ def known_way(way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 class DirectionTransfer(nn.Module):
-    """From one way to another: what is added to every number of a part's mean, and by what its movement is multiplied."""
+    """From one way to another: what is added to every number of a part's mean, and by what its movement is
+    multiplied."""
 
     def __init__(self, body: int, part: int) -> None:
         """body: numbers that hold a whole body, part: those of one part."""
@@ -42,8 +44,8 @@ class DirectionTransfer(nn.Module):
         self.weight = nn.Parameter(torch.zeros(len(PARTS), HIDDEN, 2 * part))  # every part has its own
 
     def style_side(self, mean: Tensor, deviation: Tensor, way: Tensor) -> tuple[Tensor, Tensor]:
-        """Mean and deviation (B, body) of a normalized clip and its mean way (B, 3) -> its code (B, CODE), and what it is going
-        its own way, (5, B, 2 part), from which others differ."""
+        """Mean and deviation (B, body) of a normalized clip and its mean way (B, 3) -> its code (B, CODE), and what it
+        is going its own way, (5, B, 2 part), from which others differ."""
         code = self.code(leaky(self.seen(torch.cat([mean, (deviation + LEAST).log(), way], dim=1))))
         by_part = code.expand(len(PARTS), -1, -1)
         return code, self.worn(by_part, way)
@@ -53,7 +55,7 @@ class DirectionTransfer(nn.Module):
         return leaky(self.going(torch.cat([code, way.expand(len(PARTS), -1, -1)], dim=2))) @ self.weight
 
     def forward(self, code: Tensor, here: Tensor, way: Tensor) -> tuple[Tensor, Tensor]:
-        """From where a style was seen, `here` (see `style_side`), to a way (B, 3): what is added to the mean, and the logarithm
-        of what the movement is multiplied by, two of (5, B, part)."""
+        """From where a style was seen, `here` (see `style_side`), to a way (B, 3): what is added to the mean, and the
+        logarithm of what the movement is multiplied by, two of (5, B, part)."""
         shift, gain = (self.worn(code, way) - here).chunk(2, dim=2)
         return shift, gain.clamp(-MOST, MOST)

@@ -1,7 +1,9 @@
-"""The slim network as it runs live: only the last sample, in numpy, equal to stylizer.systems.motion_puzzle.model up to rounding.
+"""The slim network as it runs live: only the last sample, in numpy, equal to stylizer.systems.motion_puzzle.model up to
+rounding.
 
-A window is so little work that calling the library costs more than computing: this does the same in half as many and far cheaper
-calls. Feature maps are (batch, vertex, time, channel) here, so that moments and tokens of a part lie together."""
+A window is so little work that calling the library costs more than computing: this does the same in half as many and
+far cheaper calls. Feature maps are (batch, vertex, time, channel) here, so that moments and tokens of a part lie
+together."""
 
 from typing import Callable
 
@@ -21,8 +23,8 @@ KEPT = 16  # styles whose numbers are kept at hand
 
 
 class TorchInference:
-    """A network in two halves, for the live stylizer: its decoder, which looks at half a second, and its key poses, which look at
-    one pose. Both say what features (batch, 21, 15) are in a style, and what they are in their own."""
+    """A network in two halves, for the live stylizer: its decoder, which looks at half a second, and its key poses,
+    which look at one pose. Both say what features (batch, 21, 15) are in a style, and what they are in their own."""
 
     def __init__(self, model: MotionPuzzle) -> None:
         self.model = model
@@ -40,20 +42,24 @@ class TorchInference:
         return styled - rebuilt
 
     @torch.inference_mode()
-    def key_poses(self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style,
-                  own: Style) -> tuple[np.ndarray, np.ndarray]:
-        """What key poses make of the moment that poses, features (batch, 21, 15), are in: as it is in the style, of a body that
-        goes mean ways over the floor (batch, 3), and as it is in their own, of motion that goes its own (batch, 3). Without
-        key poses both are the poses."""
+    def key_poses(
+        self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style, own: Style
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What key poses make of the moment that poses, features (batch, 21, 15), are in: as it is in the style, of a
+        body that goes mean ways over the floor (batch, 3), and as it is in their own, of motion that goes its own
+        (batch, 3). Without key poses both are the poses."""
         key_poses, model = self.model.key_poses, self.model
         if not key_poses:
             return poses, poses
         told = key_poses.told(model.normalize(torch.from_numpy(poses[:, None].astype(np.float32))), own[KEY_POSES])
         mean, deviation = (values[0, 0, 0, ROOT] for values in (model.mean, model.deviation))
         forward, known = known_way(ways)
-        way, own_way, forward = ((torch.from_numpy(each.astype(np.float32)) - mean) / deviation
-                                 for each in (ways, own_ways, forward))
-        styled = key_poses(told, way, style[KEY_POSES], own[KEY_POSES], own_way, forward, torch.from_numpy(known_by_part(known)))
+        way, own_way, forward = (
+            (torch.from_numpy(each.astype(np.float32)) - mean) / deviation for each in (ways, own_ways, forward)
+        )
+        styled = key_poses(
+            told, way, style[KEY_POSES], own[KEY_POSES], own_way, forward, torch.from_numpy(known_by_part(known))
+        )
         return self._features(styled), self._features(key_poses(told, own_way, own[KEY_POSES], own[KEY_POSES]))
 
     def _features(self, motion: torch.Tensor) -> np.ndarray:
@@ -62,8 +68,8 @@ class TorchInference:
 
 
 def known_by_part(known: np.ndarray) -> np.ndarray:
-    """How far translation knows ways (B, 1), for each part (5, B, 1): of legs it always has to tell, for who stands does not
-    walk."""
+    """How far translation knows ways (B, 1), for each part (5, B, 1): of legs it always has to tell, for who stands
+    does not walk."""
     return np.where(UPPER[:, None, None], known, 1.0).astype(np.float32)
 
 
@@ -85,15 +91,22 @@ class FastInference:
         self.nets = [_StyleNet(decoder.blocks[level]) for level in ("3", "2")]
         self.sources = [unpool.source.numpy() for unpool in (decoder.unpools["3"], decoder.unpools["2"])]
         self.last = _LastConv(decoder.blocks["1"].conv)
-        self.needed = (1 + decoder.blocks["1"].reach + 1) // 2  # last samples of level 2 that the last of level 1 can see
+        # last samples of level 2 that the last of level 1 can see
+        self.needed = (1 + decoder.blocks["1"].reach + 1) // 2
         self.way = _Way(model) if model.way else None
         self.moments = _KeyPoses(model.key_poses) if model.key_poses else None
         self._views: dict[int, tuple[Style, dict[int, PartStyle]]] = {}
 
     @staticmethod
     def fits(config: Config) -> bool:
-        return (not config.residual_taps and config.style_levels == (3, 2) and config.by_part and config.attention
-                and config.relative and config.decodes)
+        return (
+            not config.residual_taps
+            and config.style_levels == (3, 2)
+            and config.by_part
+            and config.attention
+            and config.relative
+            and config.decodes
+        )
 
     def decoded(self, windows: np.ndarray, style: Style, own: Style) -> np.ndarray:
         """As TorchInference.decoded."""
@@ -108,8 +121,9 @@ class FastInference:
         styled, rebuilt = x.reshape(len(looks), len(windows), *self.mean.shape)
         return ((styled - rebuilt) * self.deviation).astype(float)
 
-    def key_poses(self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style,
-                  own: Style) -> tuple[np.ndarray, np.ndarray]:
+    def key_poses(
+        self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style, own: Style
+    ) -> tuple[np.ndarray, np.ndarray]:
         """As TorchInference.key_poses."""
         if not self.moments:
             return poses, poses
@@ -126,7 +140,10 @@ class FastInference:
         """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
         known = self._views.get(id(style))
         if known is None or known[0] is not style:
-            known = style, {level: PartStyle(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()}
+            known = (
+                style,
+                {level: PartStyle(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
+            )
             self._views = dict([*self._views.items()][-KEPT:]) | {id(style): known}
         return known[1]
 
@@ -172,14 +189,17 @@ class _KeyPoses:
         self.sides = poses.translation.weight.detach().numpy()  # (5, HIDDEN, 2 n 12)
         self.wary = poses.wariness().detach().numpy()[..., 0]  # (5, 3)
         self.fields, self.joints = poses.fields, poses.parts.back.numpy()
-        moments, sharpness = poses.moments.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]  # (5, 1, 1)
+        # (5, 1, 1)
+        moments, sharpness = poses.moments.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]
         self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, moments)
         self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, moments)
 
-    def __call__(self, poses: np.ndarray, ways: np.ndarray, known: np.ndarray, look: PartStyle, own: PartStyle) -> np.ndarray:
-        """The moment that normalized poses (batch, 21, 15) are in, with a look and with their own: (2, batch, 21, 12). ways:
-        (3, batch, 3) of the body, of the poses' own motion, and what of the first translation knows, each part as far as known
-        (batch, 5, 1)."""
+    def __call__(
+        self, poses: np.ndarray, ways: np.ndarray, known: np.ndarray, look: PartStyle, own: PartStyle
+    ) -> np.ndarray:
+        """The moment that normalized poses (batch, 21, 15) are in, with a look and with their own: (2, batch, 21, 12).
+        ways: (3, batch, 3) of the body, of the poses' own motion, and what of the first translation knows, each part as
+        far as known (batch, 5, 1)."""
         told, scale = self._told(poses, own)[:, :, None], np.array([look.scale, own.scale])
         mean, _, here, way, code = (scale[..., field] for field in self.fields)
         ways = ways[:, :, None].repeat(len(PARTS), axis=2)
@@ -187,7 +207,9 @@ class _KeyPoses:
         going = going[..., 0, :] - here
         going[0] *= known
         shift, gain = np.split(going, 2, axis=-1)
-        moves = np.array([told @ clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own)])[..., 0, :]
+        moves = np.array([told @ clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own)])[
+            ..., 0, :
+        ]
         moves *= np.exp(np.minimum(np.maximum(gain, -MOST), MOST))
         trust = np.exp(-(np.square(way[0] - ways[0]) * self.wary).sum(axis=-1, keepdims=True))
         moves[0] = moves[1] + trust * (moves[0] - moves[1])
@@ -195,8 +217,9 @@ class _KeyPoses:
 
     def _told(self, pose: np.ndarray, own: PartStyle) -> np.ndarray:
         """(batch, 5, moments)"""
-        mean, deviation = (own.scale[..., field].reshape(len(own.scale), -1, BODY.stop)[:, self.joints]
-                           for field in self.fields[:2])
+        mean, deviation = (
+            own.scale[..., field].reshape(len(own.scale), -1, BODY.stop)[:, self.joints] for field in self.fields[:2]
+        )
         bare = (pose[..., BODY] - mean) / (deviation + np.float32(QUIET))
         bare /= np.sqrt(1 + np.square(bare).sum(axis=(1, 2), keepdims=True) / bare[0].size)
         code = self.code(_leaky(self.hidden(np.concatenate([bare.reshape(len(bare), -1), pose[:, 0, ROOT]], axis=1))))
@@ -248,12 +271,12 @@ class _LastConv(_Conv):
     def __init__(self, conv: STConv) -> None:
         super().__init__(conv)
         self.seen = self.taps // 2 + 1
-        by_tap = self.weight.view(len(self.weight), self.taps, -1)[:, :self.seen].transpose(0, 1)
+        by_tap = self.weight.view(len(self.weight), self.taps, -1)[:, : self.seen].transpose(0, 1)
         self.weight = by_tap.reshape(-1, by_tap.shape[-1]).contiguous()
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """(batch, V, T, channels in) -> (batch, V, channels out)"""
-        seen = self.mixed(x[:, :, -self.seen:])
+        seen = self.mixed(x[:, :, -self.seen :])
         return _product(seen.reshape(*seen.shape[:2], -1), self.weight) + self.bias
 
 
@@ -264,19 +287,24 @@ class _StyleNet:
         self.conv1, self.conv2, self.query = _Conv(net.conv1), _Conv(net.conv2), _Linear(net.attention.query)
         self.reach = net.reach
 
-    def __call__(self, x: np.ndarray, looks: list[PartStyle], said: tuple[np.ndarray, np.ndarray],
-                 last: int | None) -> np.ndarray:
-        """said: what the way over the floor adds to scale and bias. -> (looks batch, V, T, C), the `last` samples alone where
-        they are given."""
+    def __call__(
+        self, x: np.ndarray, looks: list[PartStyle], said: tuple[np.ndarray, np.ndarray], last: int | None
+    ) -> np.ndarray:
+        """said: what the way over the floor adds to scale and bias. -> (looks batch, V, T, C), the `last` samples alone
+        where they are given."""
         shape = x.shape
         by_part = (*shape[:2], len(PARTS), -1, shape[-1])
-        scale, bias = (np.array([getattr(look, key) for look in looks]) + more for key, more in zip(("scale", "bias"), said))
+        scale, bias = (
+            np.array([getattr(look, key) for look in looks]) + more for key, more in zip(("scale", "bias"), said)
+        )
         centred, deviation = _centred(x.reshape(by_part))
         x = _leaky(centred * (scale[..., None, :] / deviation) + bias[..., None, :])
         x = self.conv1(x.reshape(-1, *shape[2:])).reshape(by_part)
         centred, deviation = _centred(x)
         seen = shape[-2] if last is None else last + self.reach  # samples that the answer depends on from here
-        x, asking = (a.reshape(shape)[..., -seen:, :].reshape(*by_part[:3], -1, shape[-1]) for a in (x, centred / deviation))
+        x, asking = (
+            a.reshape(shape)[..., -seen:, :].reshape(*by_part[:3], -1, shape[-1]) for a in (x, centred / deviation)
+        )
         for tokens, query, look in zip(x, self.query(asking), looks):
             score = query @ look.keys.swapaxes(-1, -2)
             weight = np.exp(score - score.max(axis=-1, keepdims=True))

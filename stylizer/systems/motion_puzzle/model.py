@@ -1,7 +1,8 @@
-"""Motion Puzzle (Jang et al., ACM TOG 41(3), 2022): style transfer by body part. Table 3 and the real-time system's form.
+"""Motion Puzzle (Jang et al., ACM TOG 41(3), 2022): style transfer by body part. Table 3 and the real-time system's
+form.
 
 Feature maps are (vertex, batch, time, channel). What can be set, and the forms that have names:
-stylizer/systems/motion_puzzle/config.py. """
+stylizer/systems/motion_puzzle/config.py."""
 
 import torch
 from torch import Tensor, nn
@@ -139,9 +140,15 @@ class Way(nn.Module):
     def __init__(self, config: Config) -> None:
         super().__init__()
         self.hidden = nn.Linear(2 * ROOT_SIZE, config.way)
-        self.sides = nn.ModuleDict({
-            str(number): nn.Linear(config.way, len(PARTS) * 2 * config.width(min(number, 3)) * (2 if number == RESIDUAL else 1))
-            for number in config.styled if number != KEY_POSES})
+        self.sides = nn.ModuleDict(
+            {
+                str(number): nn.Linear(
+                    config.way, len(PARTS) * 2 * config.width(min(number, 3)) * (2 if number == RESIDUAL else 1)
+                )
+                for number in config.styled
+                if number != KEY_POSES
+            }
+        )
 
     def forward(self, motion: Tensor, style: Style) -> Style:
         """The style (batch of B or 1) as it is worn on the way of normalized motion (21, B, T, 15)."""
@@ -183,7 +190,8 @@ class Decoder(nn.Module):
             return self.head(leaky(x.float()))
 
     def _needed(self, level: int, last: int | None) -> int | None:
-        """How many of a block's last samples are wanted. A block that normalizes or attends over time needs all of them."""
+        """How many of a block's last samples are wanted. A block that normalizes or attends over time needs all of
+        them."""
         if last is None or level == 3 or (level == 2 and 1 in self.config.style_levels):
             return None
         return last if level == 1 else (last + self.blocks["1"].reach + 1) // 2
@@ -214,9 +222,11 @@ class MotionPuzzle(Scaled):
         with torch.autocast(motion.device.type, enabled=False):
             return style | {KEY_POSES: self.key_poses.style_side(motion if clip is None else clip)}
 
-    def forward(self, motion: Tensor, style: Style, own: Style, last: int | None = None) -> tuple[Tensor, Tensor | None]:
-        """Eq. 7: normalized motion (21, B, T, 15) in another style, and where the configuration says `relative` in its own
-        too; all samples or the `last` ones.
+    def forward(
+        self, motion: Tensor, style: Style, own: Style, last: int | None = None
+    ) -> tuple[Tensor, Tensor | None]:
+        """Eq. 7: normalized motion (21, B, T, 15) in another style, and where the configuration says `relative` in its
+        own too; all samples or the `last` ones.
 
         The second shows what of the content's own movement the decoder loses: what is put on is how the two differ."""
         content = self.content_encoder(motion)
@@ -224,22 +234,26 @@ class MotionPuzzle(Scaled):
             return *self.answers(motion, content, [style], own, last), None
         return tuple(self.answers(motion, content, [style, own], own, last))
 
-    def answers(self, motion: Tensor, content: Tensor, styles: list[Style], own: Style, last: int | None = None) -> list[Tensor]:
-        """Motion (21, B, T, 15), or its `last` samples, in each of some styles, from normalized motion, its content feature and
-        the motion's own style (batches of B)."""
+    def answers(
+        self, motion: Tensor, content: Tensor, styles: list[Style], own: Style, last: int | None = None
+    ) -> list[Tensor]:
+        """Motion (21, B, T, 15), or its `last` samples, in each of some styles, from normalized motion, its content
+        feature and the motion's own style (batches of B)."""
         results = self.decoded(motion, content, styles, last)
         if not self.key_poses:
             return results
         with torch.autocast(motion.device.type, enabled=False):
-            told = self.key_poses.told(motion[:, :, -(last or motion.shape[2]):], own[KEY_POSES])
+            told = self.key_poses.told(motion[:, :, -(last or motion.shape[2]) :], own[KEY_POSES])
             way = motion[0, ..., ROOT].mean(1)
-            return [result + self.key_poses(told, way, style[KEY_POSES], own[KEY_POSES])
-                    for result, style in zip(results, styles)]
+            return [
+                result + self.key_poses(told, way, style[KEY_POSES], own[KEY_POSES])
+                for result, style in zip(results, styles)
+            ]
 
     def decoded(self, motion: Tensor, content: Tensor, styles: list[Style], last: int | None = None) -> list[Tensor]:
         """The decoder's part of `answers`."""
         if not self.config.decodes:
-            return [torch.zeros_like(motion[:, :, -(last or motion.shape[2]):])] * len(styles)
+            return [torch.zeros_like(motion[:, :, -(last or motion.shape[2]) :])] * len(styles)
         worn = cat_batch([self.on_way(motion, style) for style in styles])
         return list(self.decoder(content.repeat(1, len(styles), 1, 1), worn, last).chunk(len(styles), dim=1))
 
@@ -250,7 +264,7 @@ class MotionPuzzle(Scaled):
 
 def _tail(conv: STConv, x: Tensor, last: int | None, reach: int) -> Tensor:
     """conv(x), or only its `last` samples, computed from the samples that they can see."""
-    return conv(x) if last is None else conv(x[:, :, -(last + reach):])[:, :, -last:]
+    return conv(x) if last is None else conv(x[:, :, -(last + reach) :])[:, :, -last:]
 
 
 def _instance_norm(x: Tensor) -> Tensor:

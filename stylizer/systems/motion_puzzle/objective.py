@@ -49,16 +49,30 @@ class Recipe:
 
 # App. A.2 of the paper; the weights of Eq. 20 are all one.
 PAPER = Recipe({"reconstruction": 1.0, "cycle": 1.0, "root": 1.0, "smoothness": 1.0})
-OURS = Recipe({"reconstruction": 1.0, "root": 0.5, "smoothness": 1.0, "posture": 3.0, "imitation": 0.7,
-              "translation": 1.0, "stream": 0.4},
-              batch=12, learning_rate=2e-3, momentum=0.9, average=0.998, last_weight=5.0, late=("stream",))
+OURS = Recipe(
+    {
+        "reconstruction": 1.0,
+        "root": 0.5,
+        "smoothness": 1.0,
+        "posture": 3.0,
+        "imitation": 0.7,
+        "translation": 1.0,
+        "stream": 0.4,
+    },
+    batch=12,
+    learning_rate=2e-3,
+    momentum=0.9,
+    average=0.998,
+    last_weight=5.0,
+    late=("stream",),
+)
 RECIPES = {"paper": PAPER, "ours": OURS}
 
 
 @dataclass
 class Inputs:
-    """One batch, normalized: what `stylizer.data.sampler.Batch` holds as (21, B, T, 15), and the parts (5, B) of bool that take
-    the target's style (Alg. 1)."""
+    """One batch, normalized: what `stylizer.data.sampler.Batch` holds as (21, B, T, 15), and the parts (5, B) of bool
+    that take the target's style (Alg. 1)."""
 
     source: Tensor
     own: Tensor
@@ -72,12 +86,14 @@ class Inputs:
 
 
 def losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool = True) -> dict[str, Tensor]:
-    """The terms that the recipe names, of one training pass; late: those too that count only once the learning rate falls."""
+    """The terms that the recipe names, of one training pass; late: those too that count only once the learning rate
+    falls."""
     return paper_losses(model, inputs) if "cycle" in recipe.weights else our_losses(model, inputs, recipe, late)
 
 
 def paper_losses(model: MotionPuzzle, inputs: Inputs) -> dict[str, Tensor]:
-    """Eq. 15 to 19: source and target rebuilt from their own styles, and both got back by way of the restyled motion."""
+    """Eq. 15 to 19: source and target rebuilt from their own styles, and both got back by way of the restyled
+    motion."""
     source, target = inputs.source, inputs.target[:, :, -STYLE_WINDOW:]
     wanted = torch.cat([source, target], dim=1)
     own, other = split_batch(model.encode_style(wanted))
@@ -87,21 +103,27 @@ def paper_losses(model: MotionPuzzle, inputs: Inputs) -> dict[str, Tensor]:
     (rebuilt,) = model.answers(wanted, torch.cat([of_source, of_target], dim=1), [both], both)
     restyled, restyled_whole = model.answers(source, of_source, [mixed, other], own)
     again = model.encode_style(restyled_whole)
-    (cycled,) = model.answers(torch.cat([restyled, target], dim=1),
-                              torch.cat([model.content_encoder(restyled), of_target], dim=1),
-                              [cat_batch([own, again])], cat_batch([mixed, other]))
-    return {"reconstruction": (rebuilt - wanted).abs().mean(),
-            "cycle": (cycled - wanted).abs().mean(),
-            "root": (restyled - source)[..., LAYOUT["root"]].abs().mean(),
-            "smoothness": sum((motion - wanted).diff(dim=2).abs().mean() for motion in (rebuilt, cycled))}
+    (cycled,) = model.answers(
+        torch.cat([restyled, target], dim=1),
+        torch.cat([model.content_encoder(restyled), of_target], dim=1),
+        [cat_batch([own, again])],
+        cat_batch([mixed, other]),
+    )
+    return {
+        "reconstruction": (rebuilt - wanted).abs().mean(),
+        "cycle": (cycled - wanted).abs().mean(),
+        "root": (restyled - source)[..., LAYOUT["root"]].abs().mean(),
+        "smoothness": sum((motion - wanted).diff(dim=2).abs().mean() for motion in (rebuilt, cycled)),
+    }
 
 
 def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) -> dict[str, Tensor]:
-    """Reconstruction, root and smoothness of the paper, without its cycles; and what presses on style and on the live stream:
+    """Reconstruction, root and smoothness of the paper, without its cycles; and what presses on style and on the live
+    stream:
 
-    posture, how restyled parts are held and how lively they are (see `posture`); imitation, the matched step of the exemplar
-    (see `imitated`); translation, what key poses say of another way (see `translation`); stream, the newest samples must be
-    what a later window tells of the same instants."""
+    posture, how restyled parts are held and how lively they are (see `posture`); imitation, the matched step of the
+    exemplar (see `imitated`); translation, what key poses say of another way (see `translation`); stream, the newest
+    samples must be what a later window tells of the same instants."""
     use_target, now = inputs.use_target, inputs.source[:, :, -WINDOW:]
     later = [inputs.later] if "stream" in recipe.active(late) else []
     motion = torch.cat([now, *later], dim=1)
@@ -119,17 +141,25 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     wanted = imitated(model, motion, torch.cat(matches, dim=1), use_target.repeat(1, times))
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=now.device)]  # (21, B)
     worth = torch.where(use_target.any(0), inputs.closeness, 1.0).repeat(times)[:, None, None]  # of where joints are
-    turn_worth = torch.where(chosen, inputs.closeness, 1.0).repeat(1, times)[..., None, None]  # of each joint's own turn
+    # of each joint's own turn
+    turn_worth = torch.where(chosen, inputs.closeness, 1.0).repeat(1, times)[..., None, None]
     error, miss = restyled - wanted, rebuilt - motion
     turns = error[..., LAYOUT["rotation"]]
-    places = torch.cat([error[..., LAYOUT["position"]], error[..., LAYOUT["velocity"]],
-                        placed(model, restyled) - wanted[..., LAYOUT["position"]]], dim=-1)
+    places = torch.cat(
+        [
+            error[..., LAYOUT["position"]],
+            error[..., LAYOUT["velocity"]],
+            placed(model, restyled) - wanted[..., LAYOUT["position"]],
+        ],
+        dim=-1,
+    )
     time = newest(now, recipe.last_weight)
     terms = {
         "reconstruction": (miss.abs() * time).mean(),  # Eq. 15
         "root": ((restyled - motion)[..., LAYOUT["root"]].abs() * time).mean(),  # Eq. 17
-        "smoothness": miss[..., HELD].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),  # Eq. 18, 19
-        "posture": posture(restyled[:, :now.shape[1]], now, inputs.source, inputs.exemplar, use_target, model),
+        # Eq. 18, 19
+        "smoothness": miss[..., HELD].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),
+        "posture": posture(restyled[:, : now.shape[1]], now, inputs.source, inputs.exemplar, use_target, model),
         "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
         "translation": translated,
     }
@@ -140,8 +170,8 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
 
 
 def translation(model: MotionPuzzle, style: Style, clip: Tensor) -> Tensor:
-    """How badly key poses of other clips tell how a normalized clip (21, B, T, 15) in the same style is held on its way; none
-    without them."""
+    """How badly key poses of other clips tell how a normalized clip (21, B, T, 15) in the same style is held on its
+    way; none without them."""
     if not model.key_poses:
         return clip.new_zeros(())
     with torch.autocast(clip.device.type, enabled=False):
@@ -149,16 +179,18 @@ def translation(model: MotionPuzzle, style: Style, clip: Tensor) -> Tensor:
 
 
 def imitated(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Tensor) -> Tensor:
-    """The motion that would be perfect if the match were: chosen parts turn as the target does in the same step, the others as
-    the content; positions by forward kinematics, the root goes the content's way. All (21, B, T, 15), normalized."""
+    """The motion that would be perfect if the match were: chosen parts turn as the target does in the same step, the
+    others as the content; positions by forward kinematics, the root goes the content's way. All (21, B, T, 15),
+    normalized."""
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=content.device)][..., None, None]
     mixed = torch.where(chosen, match, content)
-    mixed = torch.cat([mixed[..., :LAYOUT["root"].start], content[..., LAYOUT["root"]]], dim=-1)
-    return torch.cat([placed(model, mixed), mixed[..., HELD.start + 3:]], dim=-1)
+    mixed = torch.cat([mixed[..., : LAYOUT["root"].start], content[..., LAYOUT["root"]]], dim=-1)
+    return torch.cat([placed(model, mixed), mixed[..., HELD.start + 3 :]], dim=-1)
 
 
 def placed(model: MotionPuzzle, motion: Tensor) -> Tensor:
-    """Where the turns of normalized motion (21, B, T, 15) put the joints, normalized positions (21, B, T, 3): what is drawn."""
+    """Where the turns of normalized motion (21, B, T, 15) put the joints, normalized positions (21, B, T, 3): what is
+    drawn."""
     natural = motion * model.deviation + model.mean
     positions = forward_kinematics(natural[..., LAYOUT["rotation"]], natural[:1, ..., LAYOUT["position"]])
     return (positions - model.mean[..., LAYOUT["position"]]) / model.deviation[..., LAYOUT["position"]]
@@ -171,21 +203,24 @@ def forward_kinematics(axes: Tensor, hips: Tensor) -> Tensor:
     offsets = torch.as_tensor(BONE_OFFSETS[1:], dtype=axes.dtype, device=axes.device)
     offsets = offsets.view(-1, *[1] * (axes.dim() - 2), 3)
     parents = torch.as_tensor(PARENTS[1:], device=axes.device)
-    bones = sum(axis[parents] * offsets[..., i:i + 1] for i, axis in enumerate((left, up, forward)))
+    bones = sum(axis[parents] * offsets[..., i : i + 1] for i, axis in enumerate((left, up, forward)))
     ancestors = torch.as_tensor(ANCESTORS, dtype=axes.dtype, device=axes.device)
     return torch.tensordot(ancestors, torch.cat([hips, bones]), dims=1)
 
 
-def posture(restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, use_target: Tensor,
-            model: MotionPuzzle) -> Tensor:
+def posture(
+    restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, use_target: Tensor, model: MotionPuzzle
+) -> Tensor:
     """The restyled parts' mean and deviation over time, per joint, should differ as the target's and the source's do.
 
     A difference of whole cycles, because half a second is half a stride: its own mean depends on which leg is in front.
     How clips at different speeds move says less about style, so they count less; and where one walks and the other
     stands, feet stay as flat and legs as quiet (or lively) as they are."""
-    speed = [(m[0] * model.deviation[0, 0] + model.mean[0, 0])[..., LAYOUT["root"]][..., :2].norm(dim=-1).mean(-1)
-             for m in (source, target)]
-    alike = torch.exp(-((speed[0] - speed[1]) / SPEED_SCALE) ** 2)[None, :, None]  # (1, B, 1)
+    speed = [
+        (m[0] * model.deviation[0, 0] + model.mean[0, 0])[..., LAYOUT["root"]][..., :2].norm(dim=-1).mean(-1)
+        for m in (source, target)
+    ]
+    alike = torch.exp(-(((speed[0] - speed[1]) / SPEED_SCALE) ** 2))[None, :, None]  # (1, B, 1)
     walking = [((v - STANDING) / (WALKING - STANDING)).clamp(0, 1) for v in speed]
     same_gait = 1 - (walking[0] - walking[1]).abs()[None, :, None]
     feet, legs = (torch.as_tensor(joints, device=source.device)[:, None, None] for joints in (FEET, LEGS))
@@ -204,7 +239,8 @@ def posture(restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, u
 def _seen_later(later: Tensor) -> Tensor:
     """What a window that ends LATER frames on tells of this window's last samples: (21, B, T, 15) -> (.., T', 15).
 
-    LATER is odd, so its samples fall between ours: cubic interpolation, which keeps even and odd frames of a stream together."""
+    LATER is odd, so its samples fall between ours: cubic interpolation, which keeps even and odd frames of a stream
+    together."""
     between = (9 * (later[:, :, 1:-2] + later[:, :, 2:-1]) - (later[:, :, :-3] + later[:, :, 3:])) / 16
     after = (LATER - 1) // STRIDE - 1  # of those, the ones that lie after our last sample
     return between[:, :, :-after] if after else between

@@ -51,11 +51,11 @@ def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Pla
     """A statue that is moved as asked, `late` frames late, `scale` times as fast and `turn` radians astray; flat on the
     floor, both feet in contact."""
     asked = np.array([command.desired_velocity for command in commands])
-    velocity = np.concatenate([np.zeros((late, 2)), asked])[:len(asked)] * scale
+    velocity = np.concatenate([np.zeros((late, 2)), asked])[: len(asked)] * scale
     velocity = rot.rotate(rot.from_yaw(turn), np.insert(velocity, 1, 0.0, axis=1))
     root = np.cumsum(velocity, axis=0) / FPS
     facing = np.array([0.0 if command.face is None else rot.yaw_of(np.array(command.face)) for command in commands])
-    facing = np.concatenate([np.zeros(late), facing])[:len(asked)]
+    facing = np.concatenate([np.zeros(late), facing])[: len(asked)]
     rotations = np.tile(rot.IDENTITY, (len(asked), JOINT_COUNT, 1))
     positions = forward_kinematics(root + [0.0, REST_HIPS_HEIGHT, 0.0], rotations)
     motion = Motion(positions, rotations, RootFrame(root, facing), np.ones((len(asked), 4)))
@@ -63,6 +63,7 @@ def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Pla
 
 
 # ---- measures
+
 
 def test_speed_and_direction():
     velocity = 0.8 * rot.rotate(rot.from_yaw(np.radians(10)), np.tile([0.0, 0.0, 1.3], (60, 1)))[:, [0, 2]]
@@ -128,10 +129,11 @@ def test_spells():
 
 # ---- suite
 
+
 def test_the_suite_is_fixed_and_starts_from_standing():
     assert suite() == suite()
     for name, commands in suite().items():
-        assert not any(any(command.move) for command in commands[:round(WAIT * FPS)]), name
+        assert not any(any(command.move) for command in commands[: round(WAIT * FPS)]), name
     assert max(np.linalg.norm(c.desired_velocity) for c in suite()["run 2.0 m/s"]) == pytest.approx(2.0)
 
 
@@ -155,6 +157,7 @@ def test_following_asks_for_the_clips_own_way():
 
 # ---- figures
 
+
 @pytest.fixture(scope="module")
 def asked() -> dict:
     return suite()
@@ -170,8 +173,15 @@ def test_a_character_that_does_as_asked_reaches_every_steering_figure(asked):
 
 def test_each_steering_figure_falls_short_where_it_should(asked):
     late = steering({name: glide(commands, late=80) for name, commands in asked.items()})
-    for name in ("reversal_walk_s", "reversal_run_s", "start_walk_s", "stop_walk_s", "stop_run_s", "turn_run_s",
-                 "turn_on_the_spot_s"):
+    for name in (
+        "reversal_walk_s",
+        "reversal_run_s",
+        "start_walk_s",
+        "stop_walk_s",
+        "stop_run_s",
+        "turn_run_s",
+        "turn_on_the_spot_s",
+    ):
         assert late[name].ours == pytest.approx(80 / FPS) and late[name].reached is False
     slow = steering({name: glide(commands, scale=0.85) for name, commands in asked.items()})
     held = [figure for name, figure in slow.items() if name.startswith("speed_held") and figure.ours]
@@ -207,8 +217,12 @@ def test_feet_of_a_gliding_statue():
 def test_real_clips_set_the_limit_of_skating():
     sliding = glide(script((4, Command((0.0, 0.04 / 1.3)))))  # too slow to be walking
     walk = glide(script((4, Command((0.0, 1.0)))))
-    still_feet = Motion(walk.locked.positions - walk.locked.root.positions[:, None], walk.locked.rotations,
-                        walk.locked.root, walk.locked.contacts)
+    still_feet = Motion(
+        walk.locked.positions - walk.locked.root.positions[:, None],
+        walk.locked.rotations,
+        walk.locked.root,
+        walk.locked.contacts,
+    )
     real = RealClips([still_feet, sliding.locked], [], np.zeros((JOINT_COUNT, 3)), np.zeros((JOINT_COUNT, 3)))
     figure = feet({"walk": walk}, real)["skate_walk_cm_s"]
     assert figure.real == figure.high == pytest.approx(0.0, abs=1e-9)
@@ -288,6 +302,7 @@ def test_figures_know_whether_they_are_reached():
 
 # ---- real clips, the whole line, the command
 
+
 @pytest.fixture
 def folder(tmp_path) -> Path:
     """A small folder of captures: the statue on both sides of the split, and one with a bent knee to learn from."""
@@ -344,8 +359,21 @@ def test_the_command_prints_a_table_and_writes_what_it_says(folder, tmp_path, mo
     monkeypatch.setattr(evaluation, "random_sticks", lambda: random_sticks(2))
     monkeypatch.setattr(evaluation, "play", lambda commands, standing, tick: glide(commands))
     monkeypatch.setattr("controller.evaluation.plots.save_plots", lambda folder, played, data: [folder / "some.png"])
-    assert cli.main(["evaluate", "controller", "--data", str(folder), "--json", str(tmp_path / "e.json"),
-                     "--plots", str(tmp_path / "plots")]) == 0
+    assert (
+        cli.main(
+            [
+                "evaluate",
+                "controller",
+                "--data",
+                str(folder),
+                "--json",
+                str(tmp_path / "e.json"),
+                "--plots",
+                str(tmp_path / "plots"),
+            ]
+        )
+        == 0
+    )
     out, err = capsys.readouterr()
     report = json.loads((tmp_path / "e.json").read_text())
     assert set(report) == {"figures"} and "same_ways_frechet_distance_cm2" in report["figures"]

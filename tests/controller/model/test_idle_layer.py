@@ -26,10 +26,10 @@ def swaying_clip(seconds: int = SECONDS + 4, amplitude: float = 0.05) -> Clip:
 def test_the_loop_gives_back_the_captured_sway():
     inputs, targets, _ = frames_of(swaying_clip())
     idle = Idle(fit(inputs, targets, np.zeros(len(inputs), int)))
-    rotations = np.array([idle.step(1.0, STANDING)[0] for _ in range(4 * SECONDS * FPS)])[2 * SECONDS * FPS:]
+    rotations = np.array([idle.step(1.0, STANDING)[0] for _ in range(4 * SECONDS * FPS)])[2 * SECONDS * FPS :]
     vectors = rot.to_rotation_vector(rotations)
     assert np.ptp(vectors[:, HEAD, 0]) / 2 == pytest.approx(0.05, rel=0.05)
-    np.testing.assert_allclose(vectors[:SECONDS * FPS], vectors[SECONDS * FPS:], atol=1e-6)  # a loop
+    np.testing.assert_allclose(vectors[: SECONDS * FPS], vectors[SECONDS * FPS :], atol=1e-6)  # a loop
     assert np.abs(vectors[:, INDEX["LeftHand"]]).max() < 0.005
 
 

@@ -25,9 +25,13 @@ def test_blending_outputs_equals_blending_weights_by_the_papers_spline():
         w = 4 * phase / (2 * math.pi)
         k1, t = int(w) % 4, w % 1
         a0, a1, a2, a3 = a[k1 - 1], a[k1], a[(k1 + 1) % 4], a[(k1 + 2) % 4]
-        theta = (a1 + t * (a2 - a0) / 2 + t**2 * (a0 - 5 / 2 * a1 + 2 * a2 - a3 / 2)
-                 + t**3 * (3 / 2 * a1 - 3 / 2 * a2 + a3 / 2 - a0 / 2))
-        ours = layer(x[i:i + 1], spline_coefficients(phase[None]))[0]
+        theta = (
+            a1
+            + t * (a2 - a0) / 2
+            + t**2 * (a0 - 5 / 2 * a1 + 2 * a2 - a3 / 2)
+            + t**3 * (3 / 2 * a1 - 3 / 2 * a2 + a3 / 2 - a0 / 2)
+        )
+        ours = layer(x[i : i + 1], spline_coefficients(phase[None]))[0]
         torch.testing.assert_close(ours, F.linear(x[i], theta), rtol=1e-4, atol=1e-5)
 
 
@@ -44,7 +48,9 @@ def test_frames_describe_the_walk_they_were_made_from():
     ahead = inputs[:, INPUT_SLICES["trajectory_positions"]].reshape(-1, 12, 2)
     np.testing.assert_allclose(ahead[..., 1], np.tile(np.arange(-60, 60, 10) * SPEED / FPS, (239, 1)), atol=1e-4)
     np.testing.assert_allclose(ahead[..., 0], 0, atol=1e-4)
-    np.testing.assert_allclose(targets[:-1, OUTPUT_SLICES["positions"]], inputs[1:, INPUT_SLICES["positions"]], atol=1e-6)
+    np.testing.assert_allclose(
+        targets[:-1, OUTPUT_SLICES["positions"]], inputs[1:, INPUT_SLICES["positions"]], atol=1e-6
+    )
 
 
 def test_kinds_of_movement_are_told_apart():
@@ -60,8 +66,16 @@ def tiny_frames() -> Frames:
     count = len(phase)
     last = np.zeros(count, bool)
     last[[count // 2, count - 1]] = True
-    return Frames(inputs, targets, phase, np.full(count, 1 / count), np.arange(count) > count // 2, last,
-                  np.zeros(count, int), ["walk"])
+    return Frames(
+        inputs,
+        targets,
+        phase,
+        np.full(count, 1 / count),
+        np.arange(count) > count // 2,
+        last,
+        np.zeros(count, int),
+        ["walk"],
+    )
 
 
 def test_rollouts_never_cross_the_end_of_a_clip():

@@ -16,7 +16,9 @@ from sim.command import Command
 PHASES = np.linspace(0, 2 * math.pi, 97, endpoint=False)
 
 
-def both(network: PhaseFunctionedNetwork, inputs: np.ndarray, phases: np.ndarray, **options) -> tuple[np.ndarray, np.ndarray]:
+def both(
+    network: PhaseFunctionedNetwork, inputs: np.ndarray, phases: np.ndarray, **options
+) -> tuple[np.ndarray, np.ndarray]:
     """Answers of the network and of its table."""
     table = PhaseTable(network, **options)
     with torch.inference_mode():
@@ -33,7 +35,7 @@ def test_the_shipped_network_and_its_table_put_the_joints_in_the_same_place():
         controller.step(Command((math.sin(frame / 40), math.cos(frame / 40)), gait="run" if frame > 120 else "walk"))
     exact, ours = both(network, np.array([x for x, _ in asked]), np.array([phase for _, phase in asked]))
     apart = (ours - exact)[:, OUTPUT_SLICES["positions"]].reshape(-1, 3)
-    assert np.sqrt((apart ** 2).sum(axis=1).mean()) < 2e-4 and np.abs(apart).max() < 1e-3  # metres
+    assert np.sqrt((apart**2).sum(axis=1).mean()) < 2e-4 and np.abs(apart).max() < 1e-3  # metres
 
 
 def test_more_entries_come_nearer_and_the_cycle_closes():

@@ -25,9 +25,19 @@ def velocity(poses: list[Pose], seconds: float = 1.0) -> np.ndarray:
     return way[[0, 2]] / seconds
 
 
-@pytest.mark.parametrize("command", [
-    Command(FORWARD), Command((0.6, 0.8)), Command((0.0, 0.5)), Command(FORWARD, gait="run"),
-    Command((1.0, 0.0), FORWARD), Command((-1.0, 0.0), FORWARD), Command((0.0, -1.0), FORWARD)], ids=str)
+@pytest.mark.parametrize(
+    "command",
+    [
+        Command(FORWARD),
+        Command((0.6, 0.8)),
+        Command((0.0, 0.5)),
+        Command(FORWARD, gait="run"),
+        Command((1.0, 0.0), FORWARD),
+        Command((-1.0, 0.0), FORWARD),
+        Command((0.0, -1.0), FORWARD),
+    ],
+    ids=str,
+)
 def test_speed_and_direction_are_what_the_stick_asks(command):
     wanted = command.desired_velocity
     got = velocity(play((4, command)), 2.0)
@@ -38,7 +48,7 @@ def test_speed_and_direction_are_what_the_stick_asks(command):
 @pytest.mark.parametrize("gait", ["walk", "run"])
 def test_it_stops_and_stays(gait):
     poses = play((3, Command(FORWARD, gait=gait)), (3, Command()), (10, Command()))
-    still = np.array([p.root_position for p in poses[-10 * FPS:]])
+    still = np.array([p.root_position for p in poses[-10 * FPS :]])
     assert np.linalg.norm(still - still[0], axis=-1).max() < 0.1
 
 
@@ -54,13 +64,23 @@ def test_random_sticks_never_break_the_body():
         angle = rng.uniform(0, 2 * np.pi, 2)
         face = (float(np.sin(angle[1])), float(np.cos(angle[1]))) if rng.random() < 0.4 else None
         length = rng.choice([0.0, 0.4, 1.0])
-        script.append((1.0, Command((float(np.sin(angle[0])) * length, float(np.cos(angle[0])) * length), face,
-                                    str(rng.choice(["walk", "run"])))))
+        script.append(
+            (
+                1.0,
+                Command(
+                    (float(np.sin(angle[0])) * length, float(np.cos(angle[0])) * length),
+                    face,
+                    str(rng.choice(["walk", "run"])),
+                ),
+            )
+        )
     poses = play(*script)
     positions = np.array([p.positions for p in poses])
     assert np.isfinite(positions).all()
     bones = np.linalg.norm(positions[:, 1:] - positions[:, PARENTS[1:]], axis=-1)
-    np.testing.assert_allclose(bones, np.broadcast_to(np.linalg.norm(BONE_OFFSETS[1:], axis=-1), bones.shape), atol=1e-6)
+    np.testing.assert_allclose(
+        bones, np.broadcast_to(np.linalg.norm(BONE_OFFSETS[1:], axis=-1), bones.shape), atol=1e-6
+    )
     assert positions[:, 0, 1].min() > 0.6 and positions[:, 12, 1].min() > 1.0  # never on its knees
     assert positions[..., 1].min() > -0.1
 
@@ -96,8 +116,17 @@ def test_a_crowd_moves_as_each_would_alone():
     """Different ways, gaits and phases; single precision adds in another order when many are multiplied at once."""
     controller, rng = PhaseFunctionedController.from_pretrained(), np.random.default_rng(0)
     angles = rng.uniform(0, 2 * np.pi, (4, 3))  # of the stick, three times each
-    scripts = [[Command((float(np.sin(angle)), float(np.cos(angle))), FORWARD if one == 3 else None, ("walk", "run")[one % 2])
-                for angle in angles[one] for _ in range(30)] + [Command()] * 30 for one in range(4)]
+    scripts = [
+        [
+            Command(
+                (float(np.sin(angle)), float(np.cos(angle))), FORWARD if one == 3 else None, ("walk", "run")[one % 2]
+            )
+            for angle in angles[one]
+            for _ in range(30)
+        ]
+        + [Command()] * 30
+        for one in range(4)
+    ]
     crowd = controller.crowd(4)
     together = [crowd.step(Commands(commands)) for commands in zip(*scripts)]
     for one, script in enumerate(scripts):

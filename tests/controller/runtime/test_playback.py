@@ -42,8 +42,13 @@ def between(poses: list[Pose], index: float) -> np.ndarray:
     """Joints (21, 3) at an index between two poses, by a cubic through four of them."""
     whole = min(max(int(index), 1), len(poses) - 3)
     c = index - whole
-    points = np.array([pose.positions for pose in poses[whole - 1:whole + 3]])
-    weights = (-c * (c - 1) * (c - 2) / 6, (c + 1) * (c - 1) * (c - 2) / 2, -(c + 1) * c * (c - 2) / 2, (c + 1) * c * (c - 1) / 6)
+    points = np.array([pose.positions for pose in poses[whole - 1 : whole + 3]])
+    weights = (
+        -c * (c - 1) * (c - 2) / 6,
+        (c + 1) * (c - 1) * (c - 2) / 2,
+        -(c + 1) * c * (c - 2) / 2,
+        (c + 1) * c * (c - 1) / 6,
+    )
     return np.tensordot(weights, points, 1)
 
 
@@ -105,9 +110,13 @@ def test_a_restart_forgets_the_rate(controller, walk):
 
 def test_a_crowd_with_mixed_rates_moves_as_each_would_alone(controller):
     """Some wait, some go on by a frame and some by two; rates change underway."""
-    scripts = [[(WALK, 1.0)] * 60, [(WALK, 0.8)] * 25 + [(WALK, 1.0)] * 35, [(CURVE, 1.3)] * 60,
-               [(Command((0.0, 1.0), gait="run"), 1.0 + 0.4 * np.sin(frame / 9)) for frame in range(60)],
-               [(Command(), 1.5)] * 30 + [(CURVE, 0.7)] * 30]
+    scripts = [
+        [(WALK, 1.0)] * 60,
+        [(WALK, 0.8)] * 25 + [(WALK, 1.0)] * 35,
+        [(CURVE, 1.3)] * 60,
+        [(Command((0.0, 1.0), gait="run"), 1.0 + 0.4 * np.sin(frame / 9)) for frame in range(60)],
+        [(Command(), 1.5)] * 30 + [(CURVE, 0.7)] * 30,
+    ]
     crowd, together = controller.crowd(len(scripts)), []
     for each in zip(*scripts):
         pace = Pace(np.ones(len(scripts)), np.array([rate for _, rate in each]), np.ones(len(scripts)))
@@ -123,7 +132,8 @@ def test_a_crowd_with_mixed_rates_moves_as_each_would_alone(controller):
 
 @pytest.mark.parametrize("stride", [0.6, 1.4])
 def test_a_longer_stride_goes_farther_and_is_the_same_motion(controller, walk, stride):
-    """The network does not see how far styled legs carry the root: neither its pose nor its next frame changes by it."""
+    """The network does not see how far styled legs carry the root: neither its pose nor its next frame changes by
+    it."""
     controller.restart()
     for own in walk[:90]:
         pose = controller.step(WALK, Pace(1.0, 1.0, stride))
@@ -150,14 +160,18 @@ def steady(frame: float) -> Pose:
     facing = 0.6 * time
     place = np.array([1.2 / 0.6 * (1 - np.cos(facing)), 0.0, 1.2 / 0.6 * np.sin(facing)])
     rotations = np.tile(rot.from_yaw(facing), (JOINT_COUNT, 1))
-    rotations[13:] = rot.multiply(rotations[13:], rot.from_axis_angle(np.array([0.0, 0, 1]), np.array(0.8 * np.sin(5 * time))))
+    rotations[13:] = rot.multiply(
+        rotations[13:], rot.from_axis_angle(np.array([0.0, 0, 1]), np.array(0.8 * np.sin(5 * time)))
+    )
     return Pose(place, facing, place + [0, REST_HIPS_HEIGHT, 0], rotations, np.zeros(4), 0.0)
 
 
 def shortened(pose: Pose, stride: float) -> Pose:
     """The same, on a way that is so many times as long."""
     shift = (stride - 1) * pose.root_position
-    return Pose(pose.root_position + shift, pose.root_facing, pose.hips + shift, pose.rotations, pose.contacts, pose.phase)
+    return Pose(
+        pose.root_position + shift, pose.root_facing, pose.hips + shift, pose.rotations, pose.contacts, pose.phase
+    )
 
 
 @pytest.mark.parametrize("rate, stride", [(0.7, 1.0), (1.4, 1.0), (1.0, 0.6), (0.8, 1.3)])
@@ -180,7 +194,9 @@ def test_velocities_of_a_crowd_are_told_for_each():
     crowd, alone = RingBuffer(), [RingBuffer() for _ in paces]
     for frame in range(40):
         poses = [shortened(steady(pace.rate * frame), pace.stride) for pace in paces]
-        crowd.push(Pose.stacked(poses), Pace(*(np.array([getattr(pace, name) for pace in paces]) for name in Pace._fields)))
+        crowd.push(
+            Pose.stacked(poses), Pace(*(np.array([getattr(pace, name) for pace in paces]) for name in Pace._fields))
+        )
         for history, pose, pace in zip(alone, poses, paces):
             history.push(pose, pace)
     for one, history in enumerate(alone):

@@ -1,4 +1,5 @@
-"""Actors who differ by constant turns of their joints come to walk alike, and their legs stay where they were captured."""
+"""Actors who differ by constant turns of their joints come to walk alike, and their legs stay where they were
+captured."""
 
 from dataclasses import replace
 
@@ -11,12 +12,14 @@ from sim.math import rotations as rot
 from tests.support.walker import walking_clip
 
 LEGS = np.flatnonzero(PART_OF_JOINT < 2)
-TURNED = [INDEX[f"{side}{joint}"] for side in ("Left", "Right") for joint in ("Arm", "ForeArm", "Hand")] + [INDEX["Head"]]
+TURNED = [INDEX[f"{side}{joint}"] for side in ("Left", "Right") for joint in ("Arm", "ForeArm", "Hand")] + [
+    INDEX["Head"]
+]
 
 
 def of_another_actor(clip, random: np.random.Generator, angle: float):
-    """The clip with every joint that the facing does not depend on turned, in its own axes, by a constant of about that angle in
-    radians."""
+    """The clip with every joint that the facing does not depend on turned, in its own axes, by a constant of about that
+    angle in radians."""
     turns = rot.from_rotation_vector(random.normal(size=(JOINT_COUNT, 3)) * angle / 3)
     rotations = clip.global_rotations().copy()
     rotations[:, TURNED] = rot.multiply(rotations[:, TURNED], turns[TURNED])
@@ -45,11 +48,16 @@ def test_the_clips_of_one_actor_turn_alike_whether_they_walk_or_not():
     random = np.random.default_rng(1)
     walk = walking_clip(2 * SHORTEST_WALK).grounded()
     other = of_another_actor(walk, random, 1.0)
-    stand = replace(walk, hips=np.repeat(walk.hips[:1], len(walk), axis=0),
-                    rotations=np.repeat(walk.rotations[:1], len(walk), axis=0))
+    stand = replace(
+        walk,
+        hips=np.repeat(walk.hips[:1], len(walk), axis=0),
+        rotations=np.repeat(walk.rotations[:1], len(walk), axis=0),
+    )
     assert measure_walk(stand).frames == 0
     shared = share_posture([walk, stand, other, stand], ["a", "a", "b", "never walks"])
-    np.testing.assert_allclose(angles_between(shared[0][:1], walk[:1]), angles_between(shared[1][:1], stand[:1]), atol=1e-6)
+    np.testing.assert_allclose(
+        angles_between(shared[0][:1], walk[:1]), angles_between(shared[1][:1], stand[:1]), atol=1e-6
+    )
     assert shared[3] is stand
     alone = share_posture([walk], ["a"])
     assert alone[0] is walk, "one actor has nobody to share with"

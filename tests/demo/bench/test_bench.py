@@ -17,9 +17,14 @@ def test_ten_minutes_compare_their_last_with_their_first_and_name_what_memory_gr
     frames = np.full(3 * MINUTE, 0.004)
     frames[-MINUTE:] = 0.006
     memory = [(0, 300.0), (MINUTE, 310.0), (2 * MINUTE, 310.5), (3 * MINUTE, 312.0)]
-    assert steady(frames, memory) == {"first_minute_p99_ms": 4.0, "last_minute_p99_ms": 6.0, "ratio": 1.5, "growth_mb": 2.0}
+    assert steady(frames, memory) == {
+        "first_minute_p99_ms": 4.0,
+        "last_minute_p99_ms": 6.0,
+        "ratio": 1.5,
+        "growth_mb": 2.0,
+    }
     assert steady(frames[:MINUTE], memory) is None
-    assert timeline(frames[:3 * FPS]) == [[4.0, 4.0]] * 3
+    assert timeline(frames[: 3 * FPS]) == [[4.0, 4.0]] * 3
 
 
 def test_matrix_products_are_counted_however_they_are_written():
@@ -31,7 +36,11 @@ def test_matrix_products_are_counted_however_they_are_written():
         torch.zeros(4, 2, 3) @ torch.zeros(4, 3, 6)
         torch.einsum("ij,jk->ik", torch.zeros(2, 9), torch.zeros(9, 2))
 
-    assert sorted(2 * np.prod(product) for product in products_of(action)) == [2 * 2 * 9 * 2, 2 * 4 * 2 * 3 * 6, 2 * 6 * 5 * 7]
+    assert sorted(2 * np.prod(product) for product in products_of(action)) == [
+        2 * 2 * 9 * 2,
+        2 * 4 * 2 * 3 * 6,
+        2 * 6 * 5 * 7,
+    ]
 
 
 def test_the_probe_times_the_dearest_shapes_and_the_typical_speed_lies_among_them():

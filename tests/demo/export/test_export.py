@@ -30,10 +30,19 @@ def test_poses(result, tmp_path):
         poses = dict(file)
     frames = len(COMMANDS)
     assert {name: array.shape for name, array in poses.items()} == {
-        "fps": (), "neutral_positions": (frames, 21, 3), "positions": (frames, 21, 3),
-        "neutral_rotations": (frames, 21, 4), "rotations": (frames, 21, 4), "contacts": (frames, 4), "phase": (frames,),
-        "root_position": (frames, 3), "root_facing": (frames,), "desired_velocity": (frames, 2),
-        "bone_offsets": (21, 3), "parents": (21,)}
+        "fps": (),
+        "neutral_positions": (frames, 21, 3),
+        "positions": (frames, 21, 3),
+        "neutral_rotations": (frames, 21, 4),
+        "rotations": (frames, 21, 4),
+        "contacts": (frames, 4),
+        "phase": (frames,),
+        "root_position": (frames, 3),
+        "root_facing": (frames,),
+        "desired_velocity": (frames, 2),
+        "bone_offsets": (21, 3),
+        "parents": (21,),
+    }
     bones = poses["positions"][:, 1:] - poses["positions"][:, poses["parents"][1:]]
     assert np.abs(np.linalg.norm(bones, axis=-1) - np.linalg.norm(poses["bone_offsets"][1:], axis=-1)).max() < 1e-4
     rebuilt = forward_kinematics(poses["positions"][:, 0], to_global(poses["rotations"]))
@@ -95,6 +104,7 @@ def test_video(result, tmp_path):
     except ValueError as missing:
         pytest.skip(str(missing))
     import imageio_ffmpeg
+
     few = Result(result.frames[:5], result.latency, 0.0)
     WRITERS["video"](tmp_path / "a.mp4", few)
     video = imageio_ffmpeg.read_frames(str(tmp_path / "a.mp4"))

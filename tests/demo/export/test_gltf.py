@@ -45,8 +45,12 @@ def node_folder() -> Path:
     if not (CACHE / "node_modules" / "gltf-validator").is_dir():
         CACHE.mkdir(parents=True, exist_ok=True)
         try:
-            done = subprocess.run(["npm", "install", "--no-audit", "--no-fund", "--prefix", str(CACHE), VALIDATOR],
-                                  capture_output=True, text=True, timeout=60)
+            done = subprocess.run(
+                ["npm", "install", "--no-audit", "--no-fund", "--prefix", str(CACHE), VALIDATOR],
+                capture_output=True,
+                text=True,
+                timeout=60,
+            )
         except subprocess.TimeoutExpired:
             pytest.skip("npm does not answer: no glTF validator")
         if done.returncode:
@@ -55,8 +59,13 @@ def node_folder() -> Path:
 
 
 def test_the_official_validator_finds_nothing(path, node_folder):
-    done = subprocess.run(["node", "-e", VALIDATE, str(path)], capture_output=True, text=True, timeout=60,
-                          env={**os.environ, "NODE_PATH": str(node_folder / "node_modules")})
+    done = subprocess.run(
+        ["node", "-e", VALIDATE, str(path)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={**os.environ, "NODE_PATH": str(node_folder / "node_modules")},
+    )
     report = json.loads(done.stdout)
     assert report["issues"]["messages"] == [], done.stderr
     assert report["info"]["hasSkins"] and report["info"]["animationCount"] == 1
@@ -83,16 +92,21 @@ class Reader:
         for channel in self.animation.channels:
             value = self.numbers(self.animation.samplers[channel.sampler].output)[frame]
             translation, rotation = local[channel.target.node]
-            local[channel.target.node] = (value, rotation) if channel.target.path == "translation" else (translation, value)
+            local[channel.target.node] = (
+                (value, rotation) if channel.target.path == "translation" else (translation, value)
+            )
 
         def world(node: int) -> np.ndarray:
             translation, (x, y, z, w) = local[node]
             own = np.eye(4)
-            own[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                           [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                           [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+            own[:3, :3] = [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ]
             own[:3, 3] = translation
             return world(self.parent[node]) @ own if node in self.parent else own
+
         return np.array([world(node) for node in self.skin.joints])
 
 
@@ -119,16 +133,21 @@ def test_the_skin_follows_as_in_the_window(reader, clip):
     pose = Pose(np.zeros(3), 0.0, clip.hips[frame], clip.global_rotations()[frame], np.zeros(4), 0.0)
     skin, turns = make_skin(gltf.SKIN_CELL), body.rot.multiply(pose.rotations, body.rot.inverse(body.BIND.rotations))
     arms = skin.positions[:, None] - body.BIND.positions[skin.joints]
-    ours = np.sum(skin.weights[..., None] * (body.rot.rotate(turns[skin.joints], arms) + pose.positions[skin.joints]), axis=1)
+    ours = np.sum(
+        skin.weights[..., None] * (body.rot.rotate(turns[skin.joints], arms) + pose.positions[skin.joints]), axis=1
+    )
     np.testing.assert_allclose(moved, ours, atol=1e-5)
 
 
 def test_colours_are_those_of_the_parts(reader, clip, tmp_path):
-    """A part's colour reaches its own corners: the left hand's differ between two colourings, the right hand's do not."""
+    """A part's colour reaches its own corners: the left hand's differ between two colourings, the right hand's do
+    not."""
     other = COLOURS.copy()
     other[PART_NAMES.index("left_arm")] = 0.0
     gltf.write(tmp_path / "other.glb", clip, other)
-    colours = [r.numbers(r.file.meshes[0].primitives[0].attributes.COLOR_0) for r in (reader, Reader(tmp_path / "other.glb"))]
+    colours = [
+        r.numbers(r.file.meshes[0].primitives[0].attributes.COLOR_0) for r in (reader, Reader(tmp_path / "other.glb"))
+    ]
     x = make_skin(gltf.SKIN_CELL).positions[:, 0]
     assert np.all(colours[0] >= 0) and np.all(colours[0] <= 1)
     assert np.all(colours[1][x > 0.5] < 1e-3) and np.array_equal(colours[0][x < -0.5], colours[1][x < -0.5])

@@ -16,8 +16,10 @@ from tests.demo.live.test_live import Clock
 from tests.support.fakes import fake_session
 
 osc_packet = pytest.importorskip("pythonosc.osc_packet", reason="python-osc reads the packets a second time")
-RECORDING = ('{"format": "patchwalk-recording", "version": 1, "fps": 60}\n'
-             '{"frame": 0, "move": [0.0, 1.0]}\n{"frame": 12, "end": true}\n')
+RECORDING = (
+    '{"format": "patchwalk-recording", "version": 1, "fps": 60}\n'
+    '{"frame": 0, "move": [0.0, 1.0]}\n{"frame": 12, "end": true}\n'
+)
 CHARACTER = {"left_arm": ("bent", 1.0), "spine": ("flapping", 0.7)}
 
 
@@ -52,10 +54,13 @@ def received(receiver, packets: int = 2) -> dict:
 
 
 def in_unity(said: dict) -> dict[str, np.ndarray]:
-    """Bone -> place in Unity's world, as a receiver's hierarchy of transforms gives it. Parents stand before children."""
+    """Bone -> place in Unity's world, as a receiver's hierarchy of transforms gives it. Parents stand before
+    children."""
+
     def transform(numbers) -> np.ndarray:
         result = np.eye(4)
-        x, y, z, w = numbers[3:]  # with left-handed axes the same formula holds: that is why Unity's numbers are mirrored
+        # with left-handed axes the same formula holds: that is why Unity's numbers are mirrored
+        x, y, z, w = numbers[3:]
         result[:3, :3], result[:3, 3] = Rotation.from_quat([x, y, z, w]).as_matrix(), numbers[:3]
         return result
 
@@ -91,8 +96,21 @@ def test_axes_are_unity_s(frames, receiver):
     assert ahead[0] < -0.5 and ahead[2] > 0.5, "it faces where it goes"
     assert np.dot(places["LeftShoulder"] - places["RightShoulder"], right) < -0.05
     assert np.dot(places["LeftToes"] - places["LeftFoot"], ahead) > 0.02
-    assert {"Hips", "Spine", "Chest", "Neck", "Head", "LeftUpperLeg", "LeftLowerLeg", "LeftFoot", "LeftToes",
-            "LeftShoulder", "LeftUpperArm", "LeftLowerArm", "LeftHand"} < set(vmc.BONES)
+    assert {
+        "Hips",
+        "Spine",
+        "Chest",
+        "Neck",
+        "Head",
+        "LeftUpperLeg",
+        "LeftLowerLeg",
+        "LeftFoot",
+        "LeftToes",
+        "LeftShoulder",
+        "LeftUpperArm",
+        "LeftLowerArm",
+        "LeftHand",
+    } < set(vmc.BONES)
     rest = frames[0].styled.with_body(frames[0].styled.hips, np.tile([1.0, 0, 0, 0], (len(JOINTS), 1)))
     sender.send(Frame(Command(), rest, rest))
     said = received(receiver)
@@ -111,15 +129,24 @@ def test_nobody_listening_disturbs_nothing(frames):
     sender.send(frames[0])
 
 
-@pytest.mark.parametrize("text, address", [
-    ("", ("127.0.0.1", 39539)), ("192.168.0.7", ("192.168.0.7", 39539)), ("39540", ("127.0.0.1", 39540)),
-    (":39540", ("127.0.0.1", 39540)), ("studio:1", ("studio", 1)), ("[::1]:5", ("::1", 5))])
+@pytest.mark.parametrize(
+    "text, address",
+    [
+        ("", ("127.0.0.1", 39539)),
+        ("192.168.0.7", ("192.168.0.7", 39539)),
+        ("39540", ("127.0.0.1", 39540)),
+        (":39540", ("127.0.0.1", 39540)),
+        ("studio:1", ("studio", 1)),
+        ("[::1]:5", ("::1", 5)),
+    ],
+)
 def test_addresses(text, address):
     assert vmc.parse_address(text) == address
 
 
-@pytest.mark.parametrize("text", ["localhost:0", "localhost:70000", "localhost:port", "no.such.host.invalid", "a..b:9",
-                                  "x" * 300])
+@pytest.mark.parametrize(
+    "text", ["localhost:0", "localhost:70000", "localhost:port", "no.such.host.invalid", "a..b:9", "x" * 300]
+)
 @pytest.mark.parametrize("command", ["", "replay good.jsonl --headless"])
 def test_a_bad_address_is_one_sentence(text, command, tmp_path, monkeypatch, capsys, fake_models):
     monkeypatch.chdir(tmp_path)

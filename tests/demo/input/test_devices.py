@@ -19,11 +19,25 @@ from tests.support.fakes import click, key, mouse, text
 from tests.support.virtual_pad import VirtualPad
 
 # The devices and the pointer act on these.
-HELD = {"forward", "left", "back", "right", "walk", "run", "face_left", "face_right", "face", "face_free", "compare", "orbit"}
+HELD = {
+    "forward",
+    "left",
+    "back",
+    "right",
+    "walk",
+    "run",
+    "face_left",
+    "face_right",
+    "face",
+    "face_free",
+    "compare",
+    "orbit",
+}
 DT = 1 / 60
 
 
 # ---- steering -----------------------------------------------------------
+
 
 @pytest.mark.parametrize("angle", np.linspace(0, 2 * np.pi, 9))
 def test_dead_zone_is_round_and_full_way_is_one(angle):
@@ -41,8 +55,9 @@ def test_keys_make_a_stick_no_longer_than_one():
     assert np.hypot(*steering.stick_of_keys({"forward", "right"})) == pytest.approx(1)
 
 
-@pytest.mark.parametrize("yaw, away, right", [(0.0, (0, 1), (-1, 0)), (np.pi / 2, (1, 0), (0, 1)),
-                                              (np.pi, (0, -1), (1, 0))])
+@pytest.mark.parametrize(
+    "yaw, away, right", [(0.0, (0, 1), (-1, 0)), (np.pi / 2, (1, 0), (0, 1)), (np.pi, (0, -1), (1, 0))]
+)
 def test_stick_is_seen_from_the_camera(yaw, away, right):
     """A camera that looks along +Z has +X, the character's left, on its left."""
     np.testing.assert_allclose(steering.to_world((0.0, 1.0), yaw), away, atol=1e-12)
@@ -55,6 +70,7 @@ def test_no_rounding_makes_a_world_stick_too_long():
 
 
 # ---- the choice of styles -----------------------------------------------------------
+
 
 def test_each_part_wears_its_own_choice():
     choice = StyleChoice(["old", "proud"])
@@ -152,6 +168,7 @@ def test_a_random_mix_dresses_every_part():
 
 # ---- the table of bindings -----------------------------------------------------------
 
+
 @pytest.mark.parametrize("device", ["keys", "pad", "mouse"])
 def test_no_key_or_button_does_two_things(device):
     names = [(action, name) for action, names in getattr(DEFAULT, device).items() for name in names]
@@ -176,6 +193,7 @@ def test_every_control_is_explained_and_can_be_reached_with_a_gamepad_alone():
 
 
 # ---- devices, with SDL's events -----------------------------------------------------------
+
 
 @pytest.fixture
 def devices(monkeypatch):
@@ -220,8 +238,11 @@ def test_facing_keys_turn_from_where_the_character_faces_and_hold_it(devices):
 
 
 def test_the_mouse_orbits_zooms_and_touches_the_scene(devices):
-    drag = [mouse(pygame.MOUSEBUTTONDOWN, (5, 5), button=1), mouse(pygame.MOUSEMOTION, (15, 10), rel=(10, 5), buttons=(1, 0, 0)),
-            mouse(pygame.MOUSEBUTTONUP, (15, 10), button=1)]
+    drag = [
+        mouse(pygame.MOUSEBUTTONDOWN, (5, 5), button=1),
+        mouse(pygame.MOUSEMOTION, (15, 10), rel=(10, 5), buttons=(1, 0, 0)),
+        mouse(pygame.MOUSEBUTTONUP, (15, 10), button=1),
+    ]
     assert devices.handle(drag) == ["wake"], "a drag is no click"
     orbit, lift = devices.take_camera()
     assert orbit < 0 < lift and devices.take_camera() == (0, 0)
@@ -247,7 +268,14 @@ def test_while_typing_letters_are_text(devices):
 
 def test_the_menu_takes_the_arrows_and_leaves_the_letters(devices):
     devices.mode = "menu"
-    assert devices.handle([key("down"), key("return"), key("w")]) == ["wake", "menu_down", "wake", "menu_do", "wake", "forward"]
+    assert devices.handle([key("down"), key("return"), key("w")]) == [
+        "wake",
+        "menu_down",
+        "wake",
+        "menu_do",
+        "wake",
+        "forward",
+    ]
 
 
 def test_the_command_carries_the_style(devices):

@@ -1,4 +1,5 @@
-"""Dropping files on the window: a clip is learned, worn and shown; what is none says why; nothing is lost or held up."""
+"""Dropping files on the window: a clip is learned, worn and shown; what is none says why; nothing is lost or held
+up."""
 
 import shutil
 import time
@@ -80,7 +81,9 @@ def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_pat
     assert drop(live, limp) < WITHIN
     assert "My-limp" in live.choice.styles and live.choice.style == {"left_arm": ("My-limp", 1.0)}
     assert live.frame.command.style == live.choice.style and any("learned “My-limp”" in text for text in said(live))
-    assert Bank(bundled=bundled, user=tmp_path / "user").names == ("My-limp", "neutral", "old"), "kept for the next start"
+    assert Bank(bundled=bundled, user=tmp_path / "user").names == ("My-limp", "neutral", "old"), (
+        "kept for the next start"
+    )
 
     live.draw()
     with_inset = live.window.read_pixels().astype(int)
@@ -95,7 +98,7 @@ def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_pat
     without = live.window.read_pixels().astype(int)
     height, width = without.shape[:2]
     changed = np.abs(moved - without).max(axis=2) > 8
-    corner = changed[int(height * (0.96 - SIDES[1])):, width - int(height * (SIDES[0] + 0.04)):]
+    corner = changed[int(height * (0.96 - SIDES[1])) :, width - int(height * (SIDES[0] + 0.04)) :]
     assert changed.sum() == corner.sum() > 0.2 * SIDES[0] * SIDES[1] * height**2, "in the corner and nowhere else"
     assert np.abs(moved - with_inset).max() > 30, "it moves"
 
@@ -148,15 +151,19 @@ A, B, C = (file(Path(f"{letter}.bvh")) for letter in "abc")
 OTHER = pygame.event.Event(pygame.WINDOWEXPOSED)
 
 
-@pytest.mark.parametrize("turns, learned", [
-    ([[BEGIN, A, B, COMPLETE]], ["a b"]),
-    ([[BEGIN, A], [], [B, OTHER], [COMPLETE]], ["a b"]),
-    ([[BEGIN, A, COMPLETE, BEGIN, B, C, COMPLETE]], ["a", "b c"]),
-    ([[A, OTHER, B], [C]], ["a b", "c"]),
-    ([[BEGIN, A, B], *[[]] * PATIENCE, [C]], ["a b", "c"]),
-    ([[BEGIN, A, B], [BEGIN, C, COMPLETE]], ["a b", "c"]),
-    ([[BEGIN, COMPLETE], [OTHER]], []),
-], ids=["at once", "in several turns", "two drops", "no begin, no end", "no end", "no end and another", "nothing"])
+@pytest.mark.parametrize(
+    "turns, learned",
+    [
+        ([[BEGIN, A, B, COMPLETE]], ["a b"]),
+        ([[BEGIN, A], [], [B, OTHER], [COMPLETE]], ["a b"]),
+        ([[BEGIN, A, COMPLETE, BEGIN, B, C, COMPLETE]], ["a", "b c"]),
+        ([[A, OTHER, B], [C]], ["a b", "c"]),
+        ([[BEGIN, A, B], *[[]] * PATIENCE, [C]], ["a b", "c"]),
+        ([[BEGIN, A, B], [BEGIN, C, COMPLETE]], ["a b", "c"]),
+        ([[BEGIN, COMPLETE], [OTHER]], []),
+    ],
+    ids=["at once", "in several turns", "two drops", "no begin, no end", "no end", "no end and another", "nothing"],
+)
 def test_what_belongs_together_is_what_was_dropped_together(turns, learned):
     learner = Learner()
     dropped = Dropped(lambda: learner)
@@ -184,8 +191,11 @@ def test_the_same_file_again_gets_another_name(live, limp, tmp_path):
 BROKEN = {
     "notes.txt": ("hello", "notes.txt cannot be a style: drop a motion as a .bvh file"),
     "empty.bvh": ("", "empty.bvh is not a whole BVH file: it has no MOTION line"),
-    "crab.bvh": ("HIERARCHY\nROOT Claw\n{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\n}\nMOTION\nFrames: 1\n"
-                 "Frame Time: 0.01\n0 0 0\n", "crab.bvh: this skeleton is not known: no joint found for Hips, "),
+    "crab.bvh": (
+        "HIERARCHY\nROOT Claw\n{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\n}\nMOTION\nFrames: 1\n"
+        "Frame Time: 0.01\n0 0 0\n",
+        "crab.bvh: this skeleton is not known: no joint found for Hips, ",
+    ),
     "gone.bvh": (None, "gone.bvh cannot be used: No such file or directory"),
     "short.bvh": (walking_clip(20), "short.bvh: the clip is too short for a style: give at least 1.1 s of motion"),
 }
@@ -202,6 +212,8 @@ def test_what_cannot_be_used_says_why_in_a_sentence(live, tmp_path, name):
     drop(live, tmp_path / name)
     (text,) = [text for text in said(live) if not text.startswith("learning")]
     assert text.startswith(sentence) and str(tmp_path) not in text
-    assert len(text) < 250 and ("..." not in text or "`patchwalk styles add` with --map FILE" in text), "cut, but not what to do"
+    assert len(text) < 250 and ("..." not in text or "`patchwalk styles add` with --map FILE" in text), (
+        "cut, but not what to do"
+    )
     assert live.choice.styles == before and live.choice.style == {} and not live.inset.playing
     assert not (tmp_path / "user").exists()

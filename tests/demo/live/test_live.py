@@ -34,8 +34,10 @@ class Clock:
 
     def on(self, window):
         """Each picture that `window` shows takes its time."""
+
         def show() -> None:
             self.now += self.costs.pop(0) if self.costs else 0.0
+
         window.show = show
         return window
 
@@ -87,8 +89,12 @@ def test_a_long_stop_is_counted_and_not_raced_after(screen):
 
 
 def test_keys_steer_pick_style_and_leave(screen):
-    script = {2: [key("w"), key("left shift")], 10: [key("4"), key("]"), key("-"), key("-")], 20: [key("n")],
-              30: [key("escape")]}
+    script = {
+        2: [key("w"), key("left shift")],
+        10: [key("4"), key("]"), key("-"), key("-")],
+        20: [key("n")],
+        30: [key("escape")],
+    }
     live, commands = play(screen, script, seconds=5)
     assert live.leaving and live.frames < 40 and live.view.twin == "beside"
     assert commands[0].move == (0, 0)
@@ -109,7 +115,7 @@ def test_a_recording_holds_the_commands_that_were_stepped(screen):
     (path,) = live.files
     assert path.parent == Path.cwd() and path.suffix == ".jsonl" and live.recorder is None
     recorded = list(recording.read(path))
-    start = next(i for i in range(len(commands)) if commands[i:i + len(recorded)] == recorded)
+    start = next(i for i in range(len(commands)) if commands[i : i + len(recorded)] == recorded)
     assert len(recorded) == 35 and start in (5, 6)
     assert recorded[-1].style == {"left_leg": ("bent", 1.0)} and recorded[0].pace and not recorded[-1].pace
     assert '"pace": true' in path.read_text().splitlines()[0], "the header says who sets the pace"
@@ -156,9 +162,11 @@ def test_hints_go_as_they_are_followed(screen):
 
 def test_resizing_reaches_the_renderer(screen):
     live, _ = play(screen, {}, seconds=0.05)
+
     def follow_size() -> bool:
         screen.size = (160, 90)
         return True
+
     screen.follow_size = follow_size
     live.do("resized")
     live.draw()
@@ -243,4 +251,6 @@ def test_a_recording_keeps_its_stylizer(screen, tmp_path, monkeypatch):
 def test_there_may_be_no_other_stylizer(screen):
     live, _ = play(screen, {2: [key("y")], 4: [key("u")]}, 0.2)
     texts = [text for _, text, _ in live.toasts]
-    assert any("no other stylizer" in text for text in texts) and any("draws no styles by chance" in text for text in texts)
+    assert any("no other stylizer" in text for text in texts) and any(
+        "draws no styles by chance" in text for text in texts
+    )

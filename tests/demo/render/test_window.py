@@ -1,4 +1,5 @@
-"""The real window driven by events from end to end: steer, pick, search, blend, presets, looks inside, menu, attract mode."""
+"""The real window driven by events from end to end: steer, pick, search, blend, presets, looks inside, menu, attract
+mode."""
 
 import json
 import random
@@ -86,9 +87,12 @@ def player(window) -> Player:
 
 # ---- style by hand -----------------------------------------------------------
 
+
 @pytest.mark.parametrize("part", PART_NAMES)
 def test_a_part_is_picked_on_the_diagram(player, part):
-    joint = diagram.body.BIND.positions[diagram.PARENTS == np.flatnonzero(diagram.PART_OF_JOINT == PART_NAMES.index(part))[1]]
+    joint = diagram.body.BIND.positions[
+        diagram.PARENTS == np.flatnonzero(diagram.PART_OF_JOINT == PART_NAMES.index(part))[1]
+    ]
     x, y = joint[0, :2]
     share = 0.5 + x / diagram.METRES * diagram.HEIGHT / diagram.WIDTH, 1 - y / diagram.METRES
     player.click("diagram", share)
@@ -115,9 +119,11 @@ def test_style_and_strength_by_mouse_alone(player):
     assert player.style["left_leg"] == ("flapping", pytest.approx(0.3, abs=0.01))
     slider = player.region("strength").box
     middle = slider[1] + slider[3] / 2
-    player.post(mouse(pygame.MOUSEBUTTONDOWN, (slider[0] + 1, middle), button=1),
-                mouse(pygame.MOUSEMOTION, (slider[0] + slider[2] + 80, middle), rel=(90, 0), buttons=(1, 0, 0)),
-                mouse(pygame.MOUSEBUTTONUP, (0, 0), button=1))
+    player.post(
+        mouse(pygame.MOUSEBUTTONDOWN, (slider[0] + 1, middle), button=1),
+        mouse(pygame.MOUSEMOTION, (slider[0] + slider[2] + 80, middle), rel=(90, 0), buttons=(1, 0, 0)),
+        mouse(pygame.MOUSEBUTTONUP, (0, 0), button=1),
+    )
     assert player.style["left_leg"] == ("flapping", 1.5), "dragged past its end"
     yaw = player.live.view.camera._wanted["yaw"]
     assert yaw == player.live.view.camera.yaw, "a slider is no way to turn the camera"
@@ -200,6 +206,7 @@ def test_random_mix_and_reset(player):
 
 # ---- presets -----------------------------------------------------------
 
+
 def test_presets_are_kept_for_the_next_start(player, tmp_path):
     player.press("6", "]")
     player.press("3", mod=pygame.KMOD_LCTRL | pygame.KMOD_LSHIFT)
@@ -234,17 +241,25 @@ def test_a_preset_that_cannot_be_written_is_said(player, monkeypatch, tmp_path):
 
 def test_bundled_presets_use_bundled_styles(tmp_path):
     from stylizer.styles.bank import BUNDLED
+
     styles = {path.stem for path in BUNDLED.glob("*.safetensors")}
     slots = Presets(tmp_path / "none.json").slots
     assert set(slots) <= set(SLOTS) and len(slots) >= 6
     assert {name for _, style in slots.values() for worn in style.values() for name in worn[::2]} <= styles
 
 
-@pytest.mark.parametrize("content, said", [
-    ("[", "these are no presets"), ("{}", "these are no presets"),
-    (json.dumps({"format": "patchwalk-presets", "slots": {"9": {}}}), "slot 9"),
-    (json.dumps({"format": "patchwalk-presets", "slots": {"1": {"name": "a", "style": {"tail": None}}}}), "slot 1: unknown body"),
-])
+@pytest.mark.parametrize(
+    "content, said",
+    [
+        ("[", "these are no presets"),
+        ("{}", "these are no presets"),
+        (json.dumps({"format": "patchwalk-presets", "slots": {"9": {}}}), "slot 9"),
+        (
+            json.dumps({"format": "patchwalk-presets", "slots": {"1": {"name": "a", "style": {"tail": None}}}}),
+            "slot 1: unknown body",
+        ),
+    ],
+)
 def test_a_bad_presets_file_is_refused_and_left_alone(tmp_path, content, said):
     path = tmp_path / "presets.json"
     path.write_text(content)
@@ -263,8 +278,11 @@ def test_names_of_what_is_worn():
 
 # ---- see inside, menu, window -----------------------------------------------------------
 
-@pytest.mark.parametrize("name, pressed", [("skeleton", "k"), ("onion", "o"), ("phase", "p"), ("times", "g"), ("attention", "h"),
-                                           ("contacts", "c")])
+
+@pytest.mark.parametrize(
+    "name, pressed",
+    [("skeleton", "k"), ("onion", "o"), ("phase", "p"), ("times", "g"), ("attention", "h"), ("contacts", "c")],
+)
 def test_each_look_inside_changes_the_picture_and_goes_again(player, name, pressed):
     player.post(key("w"), frames=50)
     player.post(key("w", False), frames=1)
@@ -303,7 +321,9 @@ def test_the_menu_does_everything_with_arrows_and_with_a_click(player):
 
 
 def test_a_gamepad_alone_reaches_the_menu_and_saves_a_preset(player, pad):
-    button = {name: getattr(pygame, f"CONTROLLER_BUTTON_{name}") for name in ("START", "X", "A", "B", "DPAD_RIGHT", "DPAD_UP")}
+    button = {
+        name: getattr(pygame, f"CONTROLLER_BUTTON_{name}") for name in ("START", "X", "A", "B", "DPAD_RIGHT", "DPAD_UP")
+    }
 
     def press(*names: str) -> None:
         for name in names:
@@ -351,14 +371,18 @@ def test_panels_stay_within_windows_of_all_sizes(player, size):
 
 # ---- the first minute -----------------------------------------------------------
 
-@pytest.mark.parametrize("event", [lambda: key("w"), lambda: mouse(pygame.MOUSEBUTTONDOWN, (500, 300), button=1)],
-                         ids=["key", "mouse"])
+
+@pytest.mark.parametrize(
+    "event", [lambda: key("w"), lambda: mouse(pygame.MOUSEBUTTONDOWN, (500, 300), button=1)], ids=["key", "mouse"]
+)
 def test_it_plays_by_itself_until_somebody_touches_a_control(window, event):
     recorded = [Command((1.0, 0.0), style={"spine": ("bent", 1.0)})] * 10
     player = Player(window, attract=recorded)
     player.post(frames=24)
-    assert player.commands == recorded * 2 + recorded[:len(player.commands) - 20], "over and over, at its own pace"
-    assert not player.live.devices.pointer.regions or all(not region.action for region in player.live.devices.pointer.regions)
+    assert player.commands == recorded * 2 + recorded[: len(player.commands) - 20], "over and over, at its own pace"
+    assert not player.live.devices.pointer.regions or all(
+        not region.action for region in player.live.devices.pointer.regions
+    )
     player.post(mouse(pygame.MOUSEMOTION, (400, 300), rel=(1, 1), buttons=(0, 0, 0)))
     assert player.live.playing is not None, "a mouse that is only moved takes nothing over"
     player.post(event())
@@ -375,12 +399,15 @@ def test_a_stick_ends_the_attract_mode(window, pad):
 
 # ---- the user's own bindings -----------------------------------------------------------
 
+
 def test_keys_of_the_users_own(window, tmp_path):
     file = tmp_path / "keys.toml"
-    file.write_text('[keys]\ntwin = ["q", "ctrl+t"]\n[mouse]\norbit = ["right"]\nrandom = ["middle"]\n[gamepad]\ntwin = ["x"]\n')
+    file.write_text(
+        '[keys]\ntwin = ["q", "ctrl+t"]\n[mouse]\norbit = ["right"]\nrandom = ["middle"]\n[gamepad]\ntwin = ["x"]\n'
+    )
     with pytest.raises(ValueError, match=r"\[mouse\] random: there is no such action"):
         user_bindings.load(file)
-    file.write_text(file.read_text().replace('random = ["middle"]\n', ''))
+    file.write_text(file.read_text().replace('random = ["middle"]\n', ""))
     file.write_text(file.read_text().replace("[mouse]", "pick_left_leg = []\nforward = []\n[mouse]"))
     table = user_bindings.load(file)
     assert all(map(len, table.help_rows())) and table.help_rows()[0][1].startswith("A S D")
@@ -401,13 +428,19 @@ def test_the_template_is_what_it_says(tmp_path):
     assert user_bindings.load(file) == DEFAULT
 
 
-@pytest.mark.parametrize("content, said", [
-    ("[keys\n", "line 1"), ("[kyes]\n", "unknown section 'kyes'"), ("keys = 3\n", "unknown section 'keys'"),
-    ("[keys]\ntwn = ['n']\n", "[keys] twn: there is no such action; did you mean 'twin'?"),
-    ("[keys]\ntwin = 'n'\n", "[keys] twin: give a list"), ("[keys]\ntwin = ['nn']\n", "there is no key 'nn'"),
-    ("[gamepad]\ntwin = ['z']\n", "[gamepad] twin: there is no 'z'"),
-    ("[keys]\ntwin = ['n']\nskeleton = ['n']\n", "'n' is given to twin already"),
-])
+@pytest.mark.parametrize(
+    "content, said",
+    [
+        ("[keys\n", "line 1"),
+        ("[kyes]\n", "unknown section 'kyes'"),
+        ("keys = 3\n", "unknown section 'keys'"),
+        ("[keys]\ntwn = ['n']\n", "[keys] twn: there is no such action; did you mean 'twin'?"),
+        ("[keys]\ntwin = 'n'\n", "[keys] twin: give a list"),
+        ("[keys]\ntwin = ['nn']\n", "there is no key 'nn'"),
+        ("[gamepad]\ntwin = ['z']\n", "[gamepad] twin: there is no 'z'"),
+        ("[keys]\ntwin = ['n']\nskeleton = ['n']\n", "'n' is given to twin already"),
+    ],
+)
 def test_a_bad_file_of_bindings_is_one_sentence(tmp_path, content, said):
     file = tmp_path / "keys.toml"
     file.write_text(content)

@@ -56,8 +56,12 @@ def menu_panel() -> hud.Panel:
 
 PANELS = {
     "wardrobe": lambda: panels.wardrobe(dressed(), typing=False, comparing=False),
-    "presets": presets_panel, "menu": menu_panel, "attention": attention_panel, "help": panels.help_of,
-    "times": lambda: panels.times(latency()), "dial": lambda: panels.dial(Walker()._pose(1.0)),
+    "presets": presets_panel,
+    "menu": menu_panel,
+    "attention": attention_panel,
+    "help": panels.help_of,
+    "times": lambda: panels.times(latency()),
+    "dial": lambda: panels.dial(Walker()._pose(1.0)),
 }
 
 

@@ -76,4 +76,6 @@ def test_clips_of_a_few_frames_pass(frames):
 def test_standing_feet_are_not_moved():
     clip = planted_clip(90)
     np.testing.assert_allclose(planted(clip).positions(), clip.positions(), atol=1e-6)
-    assert np.allclose(rot.to_rotation_vector(planted(clip).rotations), rot.to_rotation_vector(clip.rotations), atol=1e-5)
+    assert np.allclose(
+        rot.to_rotation_vector(planted(clip).rotations), rot.to_rotation_vector(clip.rotations), atol=1e-5
+    )

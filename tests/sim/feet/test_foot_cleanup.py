@@ -1,4 +1,5 @@
-"""The feet of a restyled clip: they slide no more than the content's, stay over the floor, and an untouched clip is untouched."""
+"""The feet of a restyled clip: they slide no more than the content's, stay over the floor, and an untouched clip is
+untouched."""
 
 import numpy as np
 
@@ -39,8 +40,10 @@ def test_planted_feet_stand_still_on_the_floor():
     standing = as_pose(planted_clip(), np.ones((120, 4)))
     wild = wobbling(standing)
     calm = feet_in_order(wild, standing)
+
     def drift(pose):
         return np.ptp(pose.positions[10:-10, CONTACT_JOINTS[::2]], axis=0).max()
+
     assert drift(wild) > 0.15 and drift(calm) < 0.012
     heights = calm.positions[10:-10, TOES, 1]
     assert np.abs(heights - TOE_HEIGHT).max() < 0.02
@@ -55,13 +58,17 @@ def test_walking_feet_slide_no_more_than_the_contents_and_bones_keep_their_lengt
     content = as_pose(walk, contacts)
     styled = wobbling(content, 8.0)
     cleaned = feet_in_order(styled, content)
+
     def slide(pose):
         """Speed of planted ankles beside the content's own, m/s."""
         apart = np.diff((pose.positions - content.positions)[:, CONTACT_JOINTS[::2]][..., [0, 2]], axis=0) * 60
         planted = np.minimum(contacts[1:, ::2], contacts[:-1, ::2]) > 0
         return np.linalg.norm(apart, axis=-1)[planted].mean()
+
     assert slide(cleaned) < 0.25 * slide(styled)
     for upper, lower in zip(LEGS[:-1], LEGS[1:]):
         lengths = np.linalg.norm(cleaned.positions[:, upper] - cleaned.positions[:, lower], axis=-1)
         assert np.ptp(lengths) < 1e-9
-    assert np.abs(np.diff(cleaned.positions, 3, axis=0)).max() < 0.015, "no pops, though these legs are straight as they land"
+    assert np.abs(np.diff(cleaned.positions, 3, axis=0)).max() < 0.015, (
+        "no pops, though these legs are straight as they land"
+    )

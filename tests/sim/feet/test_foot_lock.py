@@ -71,7 +71,10 @@ def test_nothing_sinks_under_the_floor_and_sunk_feet_rise():
 def test_bones_keep_their_length_and_the_upper_body_its_attitude():
     clip = walking_clip(60).grounded()
     rotations = clip.global_rotations()
-    poses = [Pose(clip.hips[t] * [1, 0, 1], 0.0, clip.hips[t], rotations[t], np.array([1.0, 1, 0, 0]), 0.0) for t in range(60)]
+    poses = [
+        Pose(clip.hips[t] * [1, 0, 1], 0.0, clip.hips[t], rotations[t], np.array([1.0, 1, 0, 0]), 0.0)
+        for t in range(60)
+    ]
     for before, after in zip(poses, run(poses)):
         bones = after.positions[1:] - after.positions[PARENTS[1:]]
         np.testing.assert_allclose(np.linalg.norm(bones, axis=-1), np.linalg.norm(BONE_OFFSETS[1:], axis=-1), atol=1e-9)
@@ -84,7 +87,8 @@ def test_a_restyled_leg_keeps_the_stride_of_the_neutral_one_and_its_own_stance()
     rotations, lock = clip.global_rotations(), FootLock()
     short = rotations.copy()
     for joint in (1, 2, 5, 6):
-        short[:, joint] = rot.slerp(np.tile(rot.IDENTITY, (240, 1)), rotations[:, joint], 0.4)  # less than half the stride
+        # less than half the stride
+        short[:, joint] = rot.slerp(np.tile(rot.IDENTITY, (240, 1)), rotations[:, joint], 0.4)
     apart, unlocked = [], []
     for t in range(240):
         neutral = Pose(clip.hips[t] * [1, 0, 1], 0.0, clip.hips[t], rotations[t], np.zeros(4), 0.0)
@@ -99,8 +103,10 @@ def test_a_crowd_is_locked_and_remembered_each_as_it_would_be_alone():
     slides = [standing(0.004 * min(t, 20)) for t in range(90)]
     drifts = [standing(0.001 * t, lift=0.02, contacts=(t % 40 < 20, 1, 0.3, 0.6)) for t in range(90)]
     clip = walking_clip(90).grounded()
-    walks = [Pose(hips * [1, 0, 1], 0.4, hips, rotations, np.array([t % 30 < 15] * 2 + [t % 30 >= 15] * 2, float), 0.0)
-             for t, (hips, rotations) in enumerate(zip(clip.hips, clip.global_rotations()))]
+    walks = [
+        Pose(hips * [1, 0, 1], 0.4, hips, rotations, np.array([t % 30 < 15] * 2 + [t % 30 >= 15] * 2, float), 0.0)
+        for t, (hips, rotations) in enumerate(zip(clip.hips, clip.global_rotations()))
+    ]
     lock, history = FootLock(), RingBuffer()
     alone = [run(poses) for poses in (slides, drifts, walks)]
     windows = [RingBuffer() for _ in alone]
@@ -121,37 +127,48 @@ SPEED = 1.0  # metres a second
 NEUTRAL_HIPS = 0.93  # metres
 
 
-def legs_at(root: np.ndarray, yaw: float, along: np.ndarray, lift: np.ndarray, hips: float, contacts: np.ndarray) -> Pose:
-    """A body upright over its root, its ankles (left, right) so far ahead and so high over where they are on flat feet."""
+def legs_at(
+    root: np.ndarray, yaw: float, along: np.ndarray, lift: np.ndarray, hips: float, contacts: np.ndarray
+) -> Pose:
+    """A body upright over its root, its ankles (left, right) so far ahead and so high over where they are on flat
+    feet."""
     rotations = np.tile(rot.from_yaw(yaw), (JOINT_COUNT, 1))
     pose = Pose(root, yaw, root + [0, hips, 0], rotations, np.repeat(contacts, 2), 0.0)
     beside = np.stack([[0.09, -0.09], ANKLE_HEIGHT + lift, along], axis=-1)
     return reach(pose, LEGS, root + rot.rotate(rot.from_yaw(yaw), beside), KNEES_FORWARD, 0.9995)
 
 
-def walking(frame: int, root: np.ndarray, ratio: float, yaw: float = 0.0, hips: float = NEUTRAL_HIPS, ahead: float = 0.0):
-    """A neutral pose whose planted feet go back as fast as SPEED goes forward, and a styled one with strides `ratio` as long,
-    the hips as high as that, its feet so far `ahead`."""
+def walking(
+    frame: int, root: np.ndarray, ratio: float, yaw: float = 0.0, hips: float = NEUTRAL_HIPS, ahead: float = 0.0
+):
+    """A neutral pose whose planted feet go back as fast as SPEED goes forward, and a styled one with strides `ratio` as
+    long, the hips as high as that, its feet so far `ahead`."""
     u = (frame / STRIDE_FRAMES + np.array([0.0, 0.5])) % 1
     swing = np.where(u < STANCE, 1 - 2 * u / STANCE, -np.cos((u - STANCE) / (1 - STANCE) * np.pi))
     lift = np.where(u < STANCE, 0.0, 0.08 * np.sin((u - STANCE) / (1 - STANCE) * np.pi))
     along = SPEED / 60 * STRIDE_FRAMES * STANCE / 2 * swing
     contacts = (u < STANCE).astype(float)
-    return (legs_at(root, yaw, along, lift, NEUTRAL_HIPS, contacts),
-            legs_at(root, yaw, ratio * along + ahead, lift, hips, contacts), contacts)
+    return (
+        legs_at(root, yaw, along, lift, NEUTRAL_HIPS, contacts),
+        legs_at(root, yaw, ratio * along + ahead, lift, hips, contacts),
+        contacts,
+    )
 
 
 def carried(ratio: float, legs: float, pace: bool, frames: int = 480, **styled):
-    """A session without a controller: the root goes as far as the strides carry it. The lock's strides, planted ankles' speeds
-    over the floor in metres a second and the scale of each frame, both from the fourth second on."""
+    """A session without a controller: the root goes as far as the strides carry it. The lock's strides, planted ankles'
+    speeds over the floor in metres a second and the scale of each frame, both from the fourth second on."""
     lock, root, before, slides, steps = FootLock(), np.zeros(3), None, [], []
     way = rot.rotate(rot.from_yaw(styled.get("yaw", 0.0)), np.array([0.0, 0.0, 1.0]))
     for frame in range(frames):
         neutral, worn, contacts = walking(frame, root, ratio, **styled)
         feet = worn.positions[[3, 7]] + lock.stride.step(worn, neutral, np.array(legs), pace)
         if frame > 240:
-            slides += [np.linalg.norm((feet - before[0])[foot][[0, 2]]) * 60
-                       for foot in (0, 1) if contacts[foot] and before[1][foot]]
+            slides += [
+                np.linalg.norm((feet - before[0])[foot][[0, 2]]) * 60
+                for foot in (0, 1)
+                if contacts[foot] and before[1][foot]
+            ]
             steps.append(float(lock.stride.scale))
         before = feet, contacts
         root = root + way * SPEED / 60 * float(lock.stride.scale)
@@ -188,7 +205,7 @@ def test_a_style_that_walks_with_its_feet_ahead_keeps_its_stance():
         added = lock.stride.step(styled, neutral, np.array(1.0), True)
         ahead.append((styled.positions - neutral.positions)[[3, 7], 2] + added[:, 2])
         root = root + [0, 0, SPEED / 60 * float(lock.stride.scale)]
-    assert np.mean(ahead[-2 * STRIDE_FRAMES:]) == pytest.approx(0.12, abs=0.01)
+    assert np.mean(ahead[-2 * STRIDE_FRAMES :]) == pytest.approx(0.12, abs=0.01)
 
 
 def test_who_stands_is_not_moved():
@@ -223,7 +240,8 @@ def test_a_crouched_body_stands_at_its_own_height(floating):
 
 @pytest.mark.parametrize("hips", [0.78, 0.95])
 def test_a_walk_keeps_the_hips_height_of_the_style_on_feet_that_are_planted(hips):
-    """A crouch walks on bent knees, and who walks on straight ones does not sink: the hips are where the styled legs put them."""
+    """A crouch walks on bent knees, and who walks on straight ones does not sink: the hips are where the styled legs
+    put them."""
     lock, root, heights, slides, before = FootLock(), np.zeros(3), [], [], None
     for frame in range(360):
         neutral, styled, contacts = walking(frame, root, 0.8, hips=hips)
@@ -232,8 +250,11 @@ def test_a_walk_keeps_the_hips_height_of_the_style_on_feet_that_are_planted(hips
         if frame > 240:
             heights.append(locked.hips[1])
             assert locked.positions[CONTACT_JOINTS, 1].min() > 0.5 * TOE_HEIGHT
-            slides += [np.linalg.norm((locked.positions - before[0].positions)[(3, 7)[foot], ::2]) for foot in (0, 1)
-                       if contacts[foot] and before[1][foot]]
+            slides += [
+                np.linalg.norm((locked.positions - before[0].positions)[(3, 7)[foot], ::2])
+                for foot in (0, 1)
+                if contacts[foot] and before[1][foot]
+            ]
         before = locked, contacts
         root = root + [0, 0, SPEED / 60 * float(lock.stride.scale)]
     assert np.mean(heights) == pytest.approx(hips, abs=0.012) and np.ptp(heights) < 0.02
@@ -262,13 +283,21 @@ def test_a_foot_that_the_style_lifts_is_not_pinned_to_the_floor():
 
 def test_styled_legs_of_a_crowd_are_locked_each_as_alone():
     """Strengths and pace of their own."""
-    scripts = [(0.6, np.ones(2), True, {}), (1.2, np.array([1.0, 0.3]), False, {"hips": 0.85}), (0.8, np.zeros(2), True, {})]
+    scripts = [
+        (0.6, np.ones(2), True, {}),
+        (1.2, np.array([1.0, 0.3]), False, {"hips": 0.85}),
+        (0.8, np.zeros(2), True, {}),
+    ]
     crowd, alone = FootLock(), [FootLock() for _ in scripts]
     for frame in range(120):
         poses = [walking(frame, np.array([0, 0, 0.01 * frame]), ratio, **more)[:2] for ratio, *_, more in scripts]
         neutral, styled = (Pose.stacked(each) for each in zip(*poses))
-        locked = crowd.step(styled, neutral, legs=np.array([legs for _, legs, *_ in scripts]),
-                            pace=np.array([pace for *_, pace, _ in scripts]))
+        locked = crowd.step(
+            styled,
+            neutral,
+            legs=np.array([legs for _, legs, *_ in scripts]),
+            pace=np.array([pace for *_, pace, _ in scripts]),
+        )
         for one, (lock, (own, worn), (_, legs, pace, _)) in enumerate(zip(alone, poses, scripts)):
             np.testing.assert_allclose(locked[one].positions, lock.step(worn, own, legs, pace).positions, atol=1e-9)
 
@@ -276,7 +305,9 @@ def test_styled_legs_of_a_crowd_are_locked_each_as_alone():
 def test_a_foot_that_pushes_off_is_not_pulled_down():
     """Feet whose toes alone bear, and rise by 2 cm: flat ones would be brought to the floor, these go with the legs."""
     lifts = np.linspace(0.0, 0.02, 30)
-    rolling, flat = (run([standing(lift=lift, contacts=contacts) for lift in lifts]) for contacts in ((0, 1, 0, 1), (1, 1, 1, 1)))
+    rolling, flat = (
+        run([standing(lift=lift, contacts=contacts) for lift in lifts]) for contacts in ((0, 1, 0, 1), (1, 1, 1, 1))
+    )
     assert flat[-1].positions[CONTACT_JOINTS[1], 1] < TOE_HEIGHT + 0.012
     np.testing.assert_allclose(rolling[-1].positions[CONTACT_JOINTS[1], 1], TOE_HEIGHT + 0.02, atol=0.001)
     np.testing.assert_allclose(rolling[-1].hips, standing(lift=0.02).hips, atol=0.001)

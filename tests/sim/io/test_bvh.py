@@ -26,15 +26,37 @@ def wave(joint: int, channel: int) -> np.ndarray:
 
 def sinusoidal(orders: list[str], newline: str = "\n") -> str:
     """BVH text of a three-joint chain; a joint's order, such as 'xyzZXY', names its channels (small: position)."""
+
     def channels(order: str) -> str:
         return f"CHANNELS {len(order)} " + " ".join(
-            c.upper() + ("position" if c.islower() else "rotation") for c in order)
+            c.upper() + ("position" if c.islower() else "rotation") for c in order
+        )
 
-    lines = ["HIERARCHY", "ROOT base", "{", "OFFSET 1 2 3", channels(orders[0]),
-             "JOINT middle", "{", "OFFSET 0 10 0", channels(orders[1]),
-             "JOINT top", "{", "OFFSET 5 0 -2", channels(orders[2]),
-             "End Site", "{", "OFFSET 0 7 1", "}", "}", "}", "}",
-             "MOTION", f"Frames: {FRAMES}", f"Frame Time: {1 / FPS}"]
+    lines = [
+        "HIERARCHY",
+        "ROOT base",
+        "{",
+        "OFFSET 1 2 3",
+        channels(orders[0]),
+        "JOINT middle",
+        "{",
+        "OFFSET 0 10 0",
+        channels(orders[1]),
+        "JOINT top",
+        "{",
+        "OFFSET 5 0 -2",
+        channels(orders[2]),
+        "End Site",
+        "{",
+        "OFFSET 0 7 1",
+        "}",
+        "}",
+        "}",
+        "}",
+        "MOTION",
+        f"Frames: {FRAMES}",
+        f"Frame Time: {1 / FPS}",
+    ]
     columns = [wave(joint, channel) for joint, order in enumerate(orders) for channel in range(len(order))]
     return newline.join(lines + [" ".join(f"{value:.9f}" for value in row) for row in np.array(columns).T]) + newline
 
@@ -61,6 +83,7 @@ def read(tmp_path):
         path = tmp_path / "clip.bvh"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
         return bvh.read(path)
+
     return read_text
 
 
@@ -69,10 +92,17 @@ def tip(motion: bvh.Motion) -> np.ndarray:
     return positions[:, -1] + rot.rotate(rotations[:, -1], motion.end_sites[len(motion.names) - 1])
 
 
-@pytest.mark.parametrize("orders", [
-    ["xyzZXY", "ZXY", "ZXY"], ["xyzYXZ", "YXZ", "XYZ"], ["ZYXzyx", "XZY", "YZX"],
-    ["xyzZXY", "xyzZXY", "xyzZXY"],  # position channels everywhere, as Bandai-Namco has
-    ["yXZ", "Z", "zXxY"], ["XYX", "", "ZXZ"]])
+@pytest.mark.parametrize(
+    "orders",
+    [
+        ["xyzZXY", "ZXY", "ZXY"],
+        ["xyzYXZ", "YXZ", "XYZ"],
+        ["ZYXzyx", "XZY", "YZX"],
+        ["xyzZXY", "xyzZXY", "xyzZXY"],  # position channels everywhere, as Bandai-Namco has
+        ["yXZ", "Z", "zXxY"],
+        ["XYX", "", "ZXZ"],
+    ],
+)
 def test_any_channel_order_gives_the_known_answer(read, orders):
     motion = read(sinusoidal(orders))
     assert motion.fps == FPS and len(motion) == FRAMES
@@ -90,22 +120,41 @@ ORDERS = ["xyzZXY", "ZXY", "ZXY"]
 TIDY = sinusoidal(ORDERS)
 
 
-@pytest.mark.parametrize("wild", [
-    sinusoidal(ORDERS, "\r\n"),
-    TIDY.replace(" ", "\t"),
-    TIDY.replace("ROOT", "root").replace("JOINT", "Joint").replace("CHANNELS", "channels")
-    .replace("End Site", "end site").replace("rotation", "ROTATION").replace("MOTION", "motion")
-    .replace("Frames:", "FRAMES:"),
-    "\ufeff" + TIDY,
-    TIDY + "\n  \n\n",
-    TIDY.rstrip("\n"),
-    TIDY.replace("ROOT base\n{\n", "ROOT base {\n").replace("}\n}\n}\n}", "} } } }"),
-    TIDY.replace("OFFSET 5 0 -2", "OFFSET +5.0e+000 -0 -2."),
-    TIDY.replace("Frames: 40\nFrame Time: 0.04", "Frames:\t40\nFrame Time:\t4.0e-002\n"),
-    TIDY.replace(" ", "   "),
-    "\n".join(line if i < 23 else line.replace(" ", "\n", 5) for i, line in enumerate(TIDY.split("\n"))),
-], ids=["crlf", "tabs", "case", "bom", "blank end", "no newline at the end", "braces", "numbers", "colons", "spaces",
-        "wrapped rows"])
+@pytest.mark.parametrize(
+    "wild",
+    [
+        sinusoidal(ORDERS, "\r\n"),
+        TIDY.replace(" ", "\t"),
+        TIDY.replace("ROOT", "root")
+        .replace("JOINT", "Joint")
+        .replace("CHANNELS", "channels")
+        .replace("End Site", "end site")
+        .replace("rotation", "ROTATION")
+        .replace("MOTION", "motion")
+        .replace("Frames:", "FRAMES:"),
+        "\ufeff" + TIDY,
+        TIDY + "\n  \n\n",
+        TIDY.rstrip("\n"),
+        TIDY.replace("ROOT base\n{\n", "ROOT base {\n").replace("}\n}\n}\n}", "} } } }"),
+        TIDY.replace("OFFSET 5 0 -2", "OFFSET +5.0e+000 -0 -2."),
+        TIDY.replace("Frames: 40\nFrame Time: 0.04", "Frames:\t40\nFrame Time:\t4.0e-002\n"),
+        TIDY.replace(" ", "   "),
+        "\n".join(line if i < 23 else line.replace(" ", "\n", 5) for i, line in enumerate(TIDY.split("\n"))),
+    ],
+    ids=[
+        "crlf",
+        "tabs",
+        "case",
+        "bom",
+        "blank end",
+        "no newline at the end",
+        "braces",
+        "numbers",
+        "colons",
+        "spaces",
+        "wrapped rows",
+    ],
+)
 def test_oddities_of_the_wild_read_like_the_tidy_file(read, wild):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -131,24 +180,29 @@ def test_a_last_frame_cut_short_is_left_out(read):
     assert len(caught) == 1
 
 
-@pytest.mark.parametrize("broken, sentence", [
-    ("", "no MOTION"), ("hello world\n", "no MOTION"), (b"\x00\xff\xfe" * 99, "no MOTION"),
-    ("HIERARCHY\nMOTION\nFrames: 0\nFrame Time: 0.1\n", "no ROOT"),
-    (TIDY.replace("OFFSET 5 0 -2", "OFFSET 5 0"), "line 12: OFFSET needs three numbers"),
-    (TIDY.replace("OFFSET 5 0 -2", "OFFSET 5 0 two"), "line 12: OFFSET needs three numbers"),
-    (TIDY.replace("CHANNELS 6", "CHANNELS 7"), "line 5: CHANNELS"),
-    (TIDY.replace("Xposition", "Xpos"), "line 5: CHANNELS"),
-    (TIDY.replace("}\n}\n}\n}", "}\n}\n}"), "never closed"),
-    (TIDY.replace("}\n}\n}\n}", "}\n}\n}\n}\n}"), "closes nothing"),
-    (TIDY.replace("JOINT top", "BONE top"), "line 10: 'BONE' is not a BVH keyword"),
-    (TIDY.replace("Frame Time: 0.04", ""), "'Frame Time:' above zero is missing"),
-    (TIDY.replace("Frame Time: 0.04", "Frame Time: 0"), "'Frame Time:' above zero is missing"),
-    (TIDY.replace("Frame Time: 0.04", "Frame Time: 0,04"), "needs one number"),
-    (TIDY[:TIDY.index("0.04") + 5], "no frames"),
-    (TIDY.replace("Frame Time: 0.04\n", "Frame Time: 0.04\n1 2 3\n"), "line 24: 3 numbers where each frame has 12"),
-    (TIDY + "1 2 3 4 5 6 7 8 9 10 11 twelve\n", "line 64: a frame holds something that is not a number"),
-    (TIDY + "1 2 3 4 5 6 7 8 9 10 11 nan\n", "line 64: a frame holds something that is not a number"),
-])
+@pytest.mark.parametrize(
+    "broken, sentence",
+    [
+        ("", "no MOTION"),
+        ("hello world\n", "no MOTION"),
+        (b"\x00\xff\xfe" * 99, "no MOTION"),
+        ("HIERARCHY\nMOTION\nFrames: 0\nFrame Time: 0.1\n", "no ROOT"),
+        (TIDY.replace("OFFSET 5 0 -2", "OFFSET 5 0"), "line 12: OFFSET needs three numbers"),
+        (TIDY.replace("OFFSET 5 0 -2", "OFFSET 5 0 two"), "line 12: OFFSET needs three numbers"),
+        (TIDY.replace("CHANNELS 6", "CHANNELS 7"), "line 5: CHANNELS"),
+        (TIDY.replace("Xposition", "Xpos"), "line 5: CHANNELS"),
+        (TIDY.replace("}\n}\n}\n}", "}\n}\n}"), "never closed"),
+        (TIDY.replace("}\n}\n}\n}", "}\n}\n}\n}\n}"), "closes nothing"),
+        (TIDY.replace("JOINT top", "BONE top"), "line 10: 'BONE' is not a BVH keyword"),
+        (TIDY.replace("Frame Time: 0.04", ""), "'Frame Time:' above zero is missing"),
+        (TIDY.replace("Frame Time: 0.04", "Frame Time: 0"), "'Frame Time:' above zero is missing"),
+        (TIDY.replace("Frame Time: 0.04", "Frame Time: 0,04"), "needs one number"),
+        (TIDY[: TIDY.index("0.04") + 5], "no frames"),
+        (TIDY.replace("Frame Time: 0.04\n", "Frame Time: 0.04\n1 2 3\n"), "line 24: 3 numbers where each frame has 12"),
+        (TIDY + "1 2 3 4 5 6 7 8 9 10 11 twelve\n", "line 64: a frame holds something that is not a number"),
+        (TIDY + "1 2 3 4 5 6 7 8 9 10 11 nan\n", "line 64: a frame holds something that is not a number"),
+    ],
+)
 def test_a_bad_file_is_refused_in_one_sentence_with_its_place(read, broken, sentence):
     with pytest.raises(ValueError, match=sentence) as error:
         read(broken)

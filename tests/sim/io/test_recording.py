@@ -17,8 +17,12 @@ EXAMPLE = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
 """
 START = {"frame": 0}
 BLEND = {"spine": ("old", 0.9, "proud", 1 / 3)}
-COMMANDS = [Command((0.1 + 0.2, -1 / 3), (1e-3, 0.9), "run", {"spine": ("old", 1 / 7)})] * 3 + [Command(style=BLEND)] * 2 \
-    + [Command()] * 200 + [Command(style={"left_arm": ("proud", strength)}) for strength in (1.5, 1.5, 0.0)]
+COMMANDS = (
+    [Command((0.1 + 0.2, -1 / 3), (1e-3, 0.9), "run", {"spine": ("old", 1 / 7)})] * 3
+    + [Command(style=BLEND)] * 2
+    + [Command()] * 200
+    + [Command(style={"left_arm": ("proud", strength)}) for strength in (1.5, 1.5, 0.0)]
+)
 
 
 @pytest.fixture
@@ -27,6 +31,7 @@ def write(tmp_path):
         path = tmp_path / "input.jsonl"
         path.write_bytes(text.encode())
         return path
+
     return write
 
 
@@ -37,8 +42,12 @@ def lines(*entries) -> str:
 def test_contract_example(write):
     commands = list(read(write(EXAMPLE)))
     arms = {"left_arm": ("old", 1.0), "right_arm": ("old", 1.0)}
-    assert commands == [Command((0.0, 1.0))] * 180 + [Command((0.0, 1.0), style=arms)] * 120 \
+    assert (
+        commands
+        == [Command((0.0, 1.0))] * 180
+        + [Command((0.0, 1.0), style=arms)] * 120
         + [Command((1.0, 0.0), (0.0, 1.0), "run", arms)] * 300
+    )
     assert read(write(EXAMPLE)).styles == ("old",)
 
 
@@ -88,14 +97,24 @@ def test_without_pace_a_recording_is_what_it_always_was(tmp_path, write):
 
 
 def test_pace_keeps_its_value_until_it_changes(write):
-    recording = read(write(lines(START, {"frame": 2, "gait": "run"}, {"frame": 3, "pace": False}, {"frame": 5, "end": True})
-                           .replace('"fps": 60', '"fps": 60, "pace": true')))
+    recording = read(
+        write(
+            lines(START, {"frame": 2, "gait": "run"}, {"frame": 3, "pace": False}, {"frame": 5, "end": True}).replace(
+                '"fps": 60', '"fps": 60, "pace": true'
+            )
+        )
+    )
     assert [command.pace for command in recording] == [True] * 3 + [False] * 2
 
 
-@pytest.mark.parametrize("text, number", [
-    (json.dumps(HEADER | {"pace": "yes"}) + "\n", 1), (json.dumps(HEADER | {"pace": None}) + "\n", 1),
-    (json.dumps(HEADER) + '\n{"frame": 0}\n{"frame": 1, "pace": 1}\n', 3)])
+@pytest.mark.parametrize(
+    "text, number",
+    [
+        (json.dumps(HEADER | {"pace": "yes"}) + "\n", 1),
+        (json.dumps(HEADER | {"pace": None}) + "\n", 1),
+        (json.dumps(HEADER) + '\n{"frame": 0}\n{"frame": 1, "pace": 1}\n', 3),
+    ],
+)
 def test_a_pace_is_true_or_false(write, text, number):
     with pytest.raises(ValueError, match=f"line {number}: pace is .*, but must be true or false"):
         read(write(text))
@@ -134,8 +153,11 @@ def test_a_blend_of_two_styles(write):
 def test_only_changes_are_written(tmp_path):
     with Recorder(tmp_path / "r.jsonl") as recorder:
         for frame in range(20):
-            recorder.write(Command((0.0, 1.0), gait="run" if frame > 9 else "walk",
-                                   style={"spine": ("old", 1.0)} if frame > 9 else {}))
+            recorder.write(
+                Command(
+                    (0.0, 1.0), gait="run" if frame > 9 else "walk", style={"spine": ("old", 1.0)} if frame > 9 else {}
+                )
+            )
     written = [json.loads(line) for line in (tmp_path / "r.jsonl").read_text().splitlines()]
     assert written[2:] == [{"frame": 10, "gait": "run", "style": {"spine": ["old", 1.0]}}, {"frame": 20, "end": True}]
 
@@ -166,7 +188,7 @@ def test_every_cut_plays_up_to_the_last_whole_line(write):
         with pytest.warns(UserWarning, match="cut short"):
             frames = list(read(write(EXAMPLE[:cut])))
         last = max(frame for end, frame in ends.items() if end <= cut)
-        assert frames == whole[:last + 1]
+        assert frames == whole[: last + 1]
 
 
 def test_tolerates_what_other_programs_write(write):
@@ -180,50 +202,61 @@ def test_tolerates_what_other_programs_write(write):
 
 
 def test_groups_and_null(write):
-    commands = list(read(write(lines(
-        {"frame": 0, "style": {"all": ["old", 1]}}, {"frame": 1, "style": {"legs": None, "spine": ["proud", 0.5]}},
-        {"frame": 2, "end": True}))))
+    commands = list(
+        read(
+            write(
+                lines(
+                    {"frame": 0, "style": {"all": ["old", 1]}},
+                    {"frame": 1, "style": {"legs": None, "spine": ["proud", 0.5]}},
+                    {"frame": 2, "end": True},
+                )
+            )
+        )
+    )
     assert set(commands[0].style) == set(PART_NAMES)
     assert commands[1].style == {"left_arm": ("old", 1.0), "right_arm": ("old", 1.0), "spine": ("proud", 0.5)}
 
 
-@pytest.mark.parametrize("text, number, said", [
-    ("", 1, "no recording"),
-    ("{}", 1, "no recording"),
-    ("\x89PNG\r\n\x1a\n\0\0", 1, "no recording"),
-    (lines().replace('"version": 1', '"version": 2'), 1, "version is 2"),
-    (lines().replace("60", "30"), 1, "fps is 30"),
-    (lines(START) + "nonsense\n" + lines(START), 3, "not a line of JSON"),
-    (lines(START) + "[" * 100_000 + "\n", 3, "not a line of JSON"),
-    (lines(START, [1, 2]), 3, "object"),
-    (lines(START, {"move": [0, 1]}), 3, "frame is null"),
-    (lines({"frame": True}), 2, "frame is true"),
-    (lines({"frame": 1.5}), 2, "frame is 1.5"),
-    (lines({"frame": -1}), 2, "frame is -1"),
-    (lines({"frame": 10**12}), 2, "frame is 1000000000000"),
-    (lines({"frame": 5}, {"frame": 5}), 3, "does not come after"),
-    (lines({"frame": 5}, {"frame": 4, "end": True}), 3, "does not come after"),
-    (lines(START, {"frame": 1, "end": True}, {"frame": 2}), 4, "ended on an earlier line"),
-    (lines({"frame": 0, "end": False}), 2, "end is false"),
-    (lines({"frame": 0, "mvoe": [0, 1]}), 2, "did you mean 'move'"),
-    (lines({"frame": 0, "move": [0.8, 0.8]}), 2, "longer than 1"),
-    (lines({"frame": 0, "move": [1]}), 2, "two numbers"),
-    (lines({"frame": 0, "move": [float("nan"), 0]}), 2, "two numbers"),
-    (lines({"frame": 0, "move": [float("inf"), 0]}), 2, "two numbers"),
-    (lines({"frame": 0, "move": [10**400, 0]}), 2, "two numbers"),
-    (lines({"frame": 0, "move": ["0", True]}), 2, "two numbers"),
-    (lines({"frame": 0, "face": [0, 0]}), 2, "no direction"),
-    (lines({"frame": 0, "gait": "gallop"}), 2, "walk, run"),
-    (lines({"frame": 0, "gait": ["walk"]}), 2, "walk, run"),
-    (lines({"frame": 0, "style": ["old"]}), 2, "style is"),
-    (lines({"frame": 0, "style": {"tail": ["old", 1]}}), 2, "unknown body part 'tail'"),
-    (lines({"frame": 0, "style": {"spine": "old"}}), 2, "the style of spine"),
-    (lines({"frame": 0, "style": {"spine": ["old", 1.6]}}), 2, "0 .. 1.5"),
-    (lines({"frame": 0, "style": {"spine": ["old", -0.1]}}), 2, "0 .. 1.5"),
-    (lines({"frame": 0, "style": {"spine": ["old", float("nan")]}}), 2, "the style of spine"),
-    (lines({"frame": 0, "style": {"spine": ["old", 1, "proud"]}}), 2, '["NAME", STRENGTH, "OTHER", SHARE]'),
-    (lines({"frame": 0, "style": {"spine": ["old", 1, "proud", 1.1]}}), 2, "the share of spine is 1.1"),
-])
+@pytest.mark.parametrize(
+    "text, number, said",
+    [
+        ("", 1, "no recording"),
+        ("{}", 1, "no recording"),
+        ("\x89PNG\r\n\x1a\n\0\0", 1, "no recording"),
+        (lines().replace('"version": 1', '"version": 2'), 1, "version is 2"),
+        (lines().replace("60", "30"), 1, "fps is 30"),
+        (lines(START) + "nonsense\n" + lines(START), 3, "not a line of JSON"),
+        (lines(START) + "[" * 100_000 + "\n", 3, "not a line of JSON"),
+        (lines(START, [1, 2]), 3, "object"),
+        (lines(START, {"move": [0, 1]}), 3, "frame is null"),
+        (lines({"frame": True}), 2, "frame is true"),
+        (lines({"frame": 1.5}), 2, "frame is 1.5"),
+        (lines({"frame": -1}), 2, "frame is -1"),
+        (lines({"frame": 10**12}), 2, "frame is 1000000000000"),
+        (lines({"frame": 5}, {"frame": 5}), 3, "does not come after"),
+        (lines({"frame": 5}, {"frame": 4, "end": True}), 3, "does not come after"),
+        (lines(START, {"frame": 1, "end": True}, {"frame": 2}), 4, "ended on an earlier line"),
+        (lines({"frame": 0, "end": False}), 2, "end is false"),
+        (lines({"frame": 0, "mvoe": [0, 1]}), 2, "did you mean 'move'"),
+        (lines({"frame": 0, "move": [0.8, 0.8]}), 2, "longer than 1"),
+        (lines({"frame": 0, "move": [1]}), 2, "two numbers"),
+        (lines({"frame": 0, "move": [float("nan"), 0]}), 2, "two numbers"),
+        (lines({"frame": 0, "move": [float("inf"), 0]}), 2, "two numbers"),
+        (lines({"frame": 0, "move": [10**400, 0]}), 2, "two numbers"),
+        (lines({"frame": 0, "move": ["0", True]}), 2, "two numbers"),
+        (lines({"frame": 0, "face": [0, 0]}), 2, "no direction"),
+        (lines({"frame": 0, "gait": "gallop"}), 2, "walk, run"),
+        (lines({"frame": 0, "gait": ["walk"]}), 2, "walk, run"),
+        (lines({"frame": 0, "style": ["old"]}), 2, "style is"),
+        (lines({"frame": 0, "style": {"tail": ["old", 1]}}), 2, "unknown body part 'tail'"),
+        (lines({"frame": 0, "style": {"spine": "old"}}), 2, "the style of spine"),
+        (lines({"frame": 0, "style": {"spine": ["old", 1.6]}}), 2, "0 .. 1.5"),
+        (lines({"frame": 0, "style": {"spine": ["old", -0.1]}}), 2, "0 .. 1.5"),
+        (lines({"frame": 0, "style": {"spine": ["old", float("nan")]}}), 2, "the style of spine"),
+        (lines({"frame": 0, "style": {"spine": ["old", 1, "proud"]}}), 2, '["NAME", STRENGTH, "OTHER", SHARE]'),
+        (lines({"frame": 0, "style": {"spine": ["old", 1, "proud", 1.1]}}), 2, "the share of spine is 1.1"),
+    ],
+)
 def test_bad_recordings(write, text, number, said):
     with pytest.raises(ValueError, match=f"line {number}: ") as error:
         read(write(text))

@@ -17,18 +17,23 @@ def bare(monkeypatch):
     monkeypatch.setattr(Path, "home", lambda: Path("/home/kim"))
 
 
-@pytest.mark.parametrize(("platform", "variable", "data", "cache"), [
-    ("linux", "XDG_DATA_HOME", ".local/share", ".cache"),
-    ("darwin", "", "Library/Application Support", "Library/Caches"),
-    ("win32", "APPDATA", "", ""),
-])
+@pytest.mark.parametrize(
+    ("platform", "variable", "data", "cache"),
+    [
+        ("linux", "XDG_DATA_HOME", ".local/share", ".cache"),
+        ("darwin", "", "Library/Application Support", "Library/Caches"),
+        ("win32", "APPDATA", "", ""),
+    ],
+)
 def test_each_platform_has_its_places(monkeypatch, platform, variable, data, cache):
     monkeypatch.setattr("sys.platform", platform)
     assert data_folder() == Path("/home/kim") / data / "patchwalk"
     assert cache_folder() == Path("/home/kim") / cache / "patchwalk"
     if variable:
         monkeypatch.setenv(variable, "/elsewhere")
-        assert data_folder() == Path("/elsewhere/patchwalk") and cache_folder() == Path("/home/kim") / cache / "patchwalk"
+        assert (
+            data_folder() == Path("/elsewhere/patchwalk") and cache_folder() == Path("/home/kim") / cache / "patchwalk"
+        )
 
 
 def test_patchwalk_home_goes_before_all(monkeypatch):

@@ -23,8 +23,12 @@ def test_no_curve_costs_less():
 
     def cost(curve):
         """Of each of the two columns, as the docstring has it."""
-        return ((np.diff(curve, 2, axis=0) ** 2).sum(axis=0) + free @ (curve / fade**2) ** 2 + weight @ (curve - target) ** 2
-                + stillness @ np.diff(curve - target, axis=0) ** 2)
+        return (
+            (np.diff(curve, 2, axis=0) ** 2).sum(axis=0)
+            + free @ (curve / fade**2) ** 2
+            + weight @ (curve - target) ** 2
+            + stillness @ np.diff(curve - target, axis=0) ** 2
+        )
 
     best = smoothest(target, weight, stillness, fade, free)
     for _ in range(20):

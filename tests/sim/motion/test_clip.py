@@ -63,9 +63,13 @@ def test_standing_feet_are_in_contact_and_lifted_ones_are_not():
 def test_features_hold_what_the_paper_says():
     features = clip_features(walking_clip(yaw=0.7))
     assert features.shape == (240, JOINT_COUNT, FEATURES)
-    np.testing.assert_allclose(features[..., LAYOUT["root"]], np.broadcast_to([0, SPEED, 0], features[..., :3].shape), atol=1e-6)
+    np.testing.assert_allclose(
+        features[..., LAYOUT["root"]], np.broadcast_to([0, SPEED, 0], features[..., :3].shape), atol=1e-6
+    )
     np.testing.assert_allclose(features[5:-5, 0, LAYOUT["velocity"]], 0, atol=1e-6)  # the root's velocity is taken out
-    np.testing.assert_allclose(rotations_of(features)[:, 0], np.broadcast_to(np.eye(3), (len(features), 3, 3)), atol=1e-9)
+    np.testing.assert_allclose(
+        rotations_of(features)[:, 0], np.broadcast_to(np.eye(3), (len(features), 3, 3)), atol=1e-9
+    )
 
 
 def test_features_do_not_depend_on_where_and_whither():
@@ -82,4 +86,4 @@ def test_ring_buffer_makes_the_features_that_the_whole_clip_has():
         ring.push(Pose(root.positions[t], root.facing[t], clip.hips[t], rotations[t], np.ones(4), 0.0))
     window = ring.window()
     assert window.shape == (WINDOW, JOINT_COUNT, FEATURES)
-    np.testing.assert_allclose(window, clip_features(clip)[99 - STRIDE * (WINDOW - 1)::STRIDE], atol=1e-9)
+    np.testing.assert_allclose(window, clip_features(clip)[99 - STRIDE * (WINDOW - 1) :: STRIDE], atol=1e-9)

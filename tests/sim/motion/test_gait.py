@@ -1,4 +1,5 @@
-"""Gait read from ankles that go where a formula says: phase, cadence, what repeats with the stride, kinds of movement."""
+"""Gait read from ankles that go where a formula says: phase, cadence, what repeats with the stride, kinds of
+movement."""
 
 import numpy as np
 import pytest
@@ -24,8 +25,8 @@ FRAMES = 300
 
 
 def stepping(phase: np.ndarray, swing: float = 0.3, way=(0.0, 1.0), speed: float = 1.2) -> np.ndarray:
-    """Features (frames, 21, 15) of ankles that swing along a way over the floor, the left one passing the right one at phase
-    0."""
+    """Features (frames, 21, 15) of ankles that swing along a way over the floor, the left one passing the right one at
+    phase 0."""
     features = np.zeros((len(phase), JOINT_COUNT, FEATURES))
     way = np.array(way)
     for ankle, sign in zip(ANKLES, (1, -1)):
@@ -64,11 +65,15 @@ def test_a_foot_that_trembles_as_it_passes_makes_one_step():
     features = stepping(phase)
     features[:, ANKLES[0], 2] += 0.09 * np.sin(2 * np.pi * 13.7 * np.arange(FRAMES) / FPS)
     apart = features[:, ANKLES[0], 2] - features[:, ANKLES[1], 2]
-    assert (np.diff(np.sign(apart - apart.mean())) != 0).sum() > 12, "it passes more often than ten times in five strides"
+    assert (np.diff(np.sign(apart - apart.mean())) != 0).sum() > 12, (
+        "it passes more often than ten times in five strides"
+    )
     assert cadence(features) == pytest.approx(1.0, rel=0.03)
 
 
-@pytest.mark.parametrize("frames, swing", [(FRAMES, 0.0), (FRAMES, 0.01), (35, 0.3)], ids=["still", "swaying", "half a stride"])
+@pytest.mark.parametrize(
+    "frames, swing", [(FRAMES, 0.0), (FRAMES, 0.01), (35, 0.3)], ids=["still", "swaying", "half a stride"]
+)
 def test_who_makes_no_stride_has_no_phase(frames, swing):
     features = stepping(2 * np.pi * np.arange(frames) / FPS, swing)
     assert stride_phase(features) is None and cadence(features) == 0.0
@@ -98,7 +103,7 @@ def test_a_motion_of_little_more_than_a_stride_tells_few_harmonics():
     phase = np.linspace(0, 2 * np.pi * 1.3, 80)
     found = fit_cycle(np.sin(phase)[:, None], phase)
     assert np.abs(found[2]).max() == pytest.approx(1.0, abs=1e-6)
-    assert found[1:1 + 2 * FEW_HARMONICS].any() and not found[1 + 2 * FEW_HARMONICS:].any()
+    assert found[1 : 1 + 2 * FEW_HARMONICS].any() and not found[1 + 2 * FEW_HARMONICS :].any()
 
 
 def test_what_has_its_own_time_is_no_part_of_the_cycle():
@@ -119,15 +124,27 @@ def test_the_share_of_time_in_the_air():
     assert airborne_share(features) == pytest.approx(0.2)
 
 
-@pytest.mark.parametrize("name, velocity, more", [
-    ("stand", (0.0, 0.1, 0.0), {}), ("stand", (0.1, -0.1, 0.2), {}),
-    ("walk", (0.0, 0.25, 0.0), {}), ("walk", (0.2, 1.3, -0.3), {}), ("walk", (0.5, 1.6, 0.0), {"airborne": 0.05, "strides": 1.0}),
-    ("run", (0.0, 1.8, 0.0), {}), ("run", (0.0, 3.5, 0.2), {}), ("run", (0.0, 1.5, 0.0), {"airborne": 0.2}),
-    ("run", (0.0, 1.5, 0.0), {"strides": 1.3}), ("walk", (0.0, 1.2, 0.0), {"airborne": 0.2, "strides": 1.3}),
-    ("back", (0.0, -0.4, 0.0), {}), ("back", (0.2, -1.3, 0.0), {}),
-    ("strafe left", (0.9, 0.1, 0.0), {}), ("strafe right", (-0.9, -0.5, 0.0), {}),
-    ("turn left", (0.0, 1.0, 0.8), {}), ("turn right", (0.0, 0.0, -1.5), {}),
-])
+@pytest.mark.parametrize(
+    "name, velocity, more",
+    [
+        ("stand", (0.0, 0.1, 0.0), {}),
+        ("stand", (0.1, -0.1, 0.2), {}),
+        ("walk", (0.0, 0.25, 0.0), {}),
+        ("walk", (0.2, 1.3, -0.3), {}),
+        ("walk", (0.5, 1.6, 0.0), {"airborne": 0.05, "strides": 1.0}),
+        ("run", (0.0, 1.8, 0.0), {}),
+        ("run", (0.0, 3.5, 0.2), {}),
+        ("run", (0.0, 1.5, 0.0), {"airborne": 0.2}),
+        ("run", (0.0, 1.5, 0.0), {"strides": 1.3}),
+        ("walk", (0.0, 1.2, 0.0), {"airborne": 0.2, "strides": 1.3}),
+        ("back", (0.0, -0.4, 0.0), {}),
+        ("back", (0.2, -1.3, 0.0), {}),
+        ("strafe left", (0.9, 0.1, 0.0), {}),
+        ("strafe right", (-0.9, -0.5, 0.0), {}),
+        ("turn left", (0.0, 1.0, 0.8), {}),
+        ("turn right", (0.0, 0.0, -1.5), {}),
+    ],
+)
 def test_kinds_of_movement(name, velocity, more):
     assert movement_of(np.array(velocity), **more) == name and name in MOVEMENTS
 

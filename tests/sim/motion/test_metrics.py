@@ -26,8 +26,9 @@ def sliding(height: float, speed: float = 0.5, frames: int = 20) -> np.ndarray:
     return toes
 
 
-@pytest.mark.parametrize("height, weight", [
-    (-0.01, 1.0), (0.0, 1.0), (SKATE_HEIGHT / 2, 2 - 2**0.5), (0.99 * SKATE_HEIGHT, 0.014)])
+@pytest.mark.parametrize(
+    "height, weight", [(-0.01, 1.0), (0.0, 1.0), (SKATE_HEIGHT / 2, 2 - 2**0.5), (0.99 * SKATE_HEIGHT, 0.014)]
+)
 def test_skate_is_the_speed_weighted_by_height(height, weight):
     skate = foot_skate(sliding(height))
     np.testing.assert_allclose(skate[1:, 0], 0.5 * weight, atol=1e-3)

@@ -184,27 +184,72 @@ def test_one_frame_is_enough():
 # ---- names ----
 
 LIMBS = {
-    "mixamo": ("UpLeg Leg Foot ToeBase Shoulder Arm ForeArm Hand", "mixamorig:{side}{limb}", "Left Right",
-               "mixamorig:Hips mixamorig:Spine mixamorig:Spine1 mixamorig:Spine2 mixamorig:Neck mixamorig:Head"),
-    "lafan1": ("UpLeg Leg Foot Toe Shoulder Arm ForeArm Hand", "{side}{limb}", "Left Right",
-               "Hips Spine Spine1 Spine2 Neck Head"),
-    "humanik": ("UpLeg Leg Foot ToeBase Shoulder Arm ForeArm Hand", "Character1_{side}{limb}", "Left Right",
-                "Character1_Hips Character1_Spine Character1_Spine1 Character1_Neck Character1_Head"),
-    "smpl": ("Hip Knee Ankle Foot Collar Shoulder Elbow Wrist", "{side}_{limb}", "L R",
-             "Pelvis Spine1 Spine2 Spine3 Neck Head L_Hand R_Hand"),
-    "smpl_long": ("hip knee ankle foot collar shoulder elbow wrist", "{side}_{limb}", "left right",
-                  "pelvis spine1 spine2 spine3 neck head"),
-    "100style": ("Hip Knee Ankle Toe Collar Shoulder Elbow Wrist", "{side}{limb}", "Left Right",
-                 "Hips Chest Chest2 Chest3 Chest4 Neck Head"),
-    "bandai": ("UpperLeg LowerLeg Foot Toes Shoulder UpperArm LowerArm Hand", "{limb}_{side}", "L R",
-               "joint_Root Hips Spine Chest Neck Head"),
-    "biped": ("Thigh Calf Foot Toe0 Clavicle UpperArm Forearm Hand", "Bip01 {side} {limb}", "L R",
-              "Bip01|Bip01 Pelvis|Bip01 Spine|Bip01 Spine1|Bip01 Neck|Bip01 Head"),
-    "unreal": ("thigh calf foot ball clavicle upperarm lowerarm hand", "{limb}_{side}", "l r",
-               "root pelvis spine_01 spine_02 spine_03 neck_01 head"),
+    "mixamo": (
+        "UpLeg Leg Foot ToeBase Shoulder Arm ForeArm Hand",
+        "mixamorig:{side}{limb}",
+        "Left Right",
+        "mixamorig:Hips mixamorig:Spine mixamorig:Spine1 mixamorig:Spine2 mixamorig:Neck mixamorig:Head",
+    ),
+    "lafan1": (
+        "UpLeg Leg Foot Toe Shoulder Arm ForeArm Hand",
+        "{side}{limb}",
+        "Left Right",
+        "Hips Spine Spine1 Spine2 Neck Head",
+    ),
+    "humanik": (
+        "UpLeg Leg Foot ToeBase Shoulder Arm ForeArm Hand",
+        "Character1_{side}{limb}",
+        "Left Right",
+        "Character1_Hips Character1_Spine Character1_Spine1 Character1_Neck Character1_Head",
+    ),
+    "smpl": (
+        "Hip Knee Ankle Foot Collar Shoulder Elbow Wrist",
+        "{side}_{limb}",
+        "L R",
+        "Pelvis Spine1 Spine2 Spine3 Neck Head L_Hand R_Hand",
+    ),
+    "smpl_long": (
+        "hip knee ankle foot collar shoulder elbow wrist",
+        "{side}_{limb}",
+        "left right",
+        "pelvis spine1 spine2 spine3 neck head",
+    ),
+    "100style": (
+        "Hip Knee Ankle Toe Collar Shoulder Elbow Wrist",
+        "{side}{limb}",
+        "Left Right",
+        "Hips Chest Chest2 Chest3 Chest4 Neck Head",
+    ),
+    "bandai": (
+        "UpperLeg LowerLeg Foot Toes Shoulder UpperArm LowerArm Hand",
+        "{limb}_{side}",
+        "L R",
+        "joint_Root Hips Spine Chest Neck Head",
+    ),
+    "biped": (
+        "Thigh Calf Foot Toe0 Clavicle UpperArm Forearm Hand",
+        "Bip01 {side} {limb}",
+        "L R",
+        "Bip01|Bip01 Pelvis|Bip01 Spine|Bip01 Spine1|Bip01 Neck|Bip01 Head",
+    ),
+    "unreal": (
+        "thigh calf foot ball clavicle upperarm lowerarm hand",
+        "{limb}_{side}",
+        "l r",
+        "root pelvis spine_01 spine_02 spine_03 neck_01 head",
+    ),
 }
-CHESTS = {"mixamo": "mixamorig:Spine2", "lafan1": "Spine2", "humanik": "Character1_Spine1", "smpl": "Spine3",
-          "smpl_long": "spine3", "100style": "Chest4", "bandai": "Chest", "biped": "Bip01 Spine1", "unreal": "spine_03"}
+CHESTS = {
+    "mixamo": "mixamorig:Spine2",
+    "lafan1": "Spine2",
+    "humanik": "Character1_Spine1",
+    "smpl": "Spine3",
+    "smpl_long": "spine3",
+    "100style": "Chest4",
+    "bandai": "Chest",
+    "biped": "Bip01 Spine1",
+    "unreal": "spine_03",
+}
 
 
 @pytest.mark.parametrize("family", LIMBS)
@@ -223,16 +268,27 @@ def test_families_of_names_are_known(family):
 
 
 def test_an_unknown_skeleton_is_refused_with_what_is_missing():
-    names = ["Hips", "Spine", "Spine1", "Head", *(side + limb for side in ("Left", "Right") for limb in
-                                                 ("UpLeg", "Leg", "Arm", "ForeArm", "Hand"))]
+    names = [
+        "Hips",
+        "Spine",
+        "Spine1",
+        "Head",
+        *(side + limb for side in ("Left", "Right") for limb in ("UpLeg", "Leg", "Arm", "ForeArm", "Hand")),
+    ]
     with pytest.raises(ValueError, match="no joint found for LeftFoot, RightFoot.*--map FILE"):
         name_maps.detect(names)
 
 
-@pytest.mark.parametrize("text, sentence", [
-    ("{", "not a JSON file"), ("[1]", "one JSON object"), ('{"Hips": 3}', "one JSON object"),
-    ('{"Tail": "t"}', "does not have, Tail"), ('{"Hips": "h"}', "leaves out LeftUpLeg"),
-])
+@pytest.mark.parametrize(
+    "text, sentence",
+    [
+        ("{", "not a JSON file"),
+        ("[1]", "one JSON object"),
+        ('{"Hips": 3}', "one JSON object"),
+        ('{"Tail": "t"}', "does not have, Tail"),
+        ('{"Hips": "h"}', "leaves out LeftUpLeg"),
+    ],
+)
 def test_a_bad_map_file_is_refused(tmp_path, text, sentence):
     (tmp_path / "map.json").write_text(text)
     with pytest.raises(ValueError, match=sentence):

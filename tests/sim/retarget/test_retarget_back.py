@@ -18,7 +18,8 @@ Z_UP = rot.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.pi / 2)
 
 
 def foreign(clip, z_up=False, with_root=False) -> Motion:
-    """The clip in inches on a skeleton with longer shins, a finger, another channel order, perhaps Z up, perhaps under a root."""
+    """The clip in inches on a skeleton with longer shins, a finger, another channel order, perhaps Z up, perhaps under
+    a root."""
     motion = bvh.from_clip(clip)
     inch = 1 / 2.54
     offsets, positions = motion.offsets * inch, motion.positions * inch
@@ -71,7 +72,12 @@ def test_nothing_restyled_is_the_file_itself(motion, tmp_path):
     assert np.abs(np.sum(back.rotations * motion.rotations, axis=-1)).min() > 1 - 1e-9
     bvh.write(tmp_path / "back.bvh", back)
     again = bvh.read(tmp_path / "back.bvh")
-    assert (again.names, again.parents, again.channels, again.fps) == (motion.names, motion.parents, motion.channels, motion.fps)
+    assert (again.names, again.parents, again.channels, again.fps) == (
+        motion.names,
+        motion.parents,
+        motion.channels,
+        motion.fps,
+    )
     assert np.abs(again.global_transforms()[0] - motion.global_transforms()[0]).max() < 1e-3
 
 
@@ -83,7 +89,9 @@ def test_only_what_was_restyled_moves_and_moves_as_ours(motion):
     others = [joint for joint in range(len(motion.names)) if joint not in arm]
     assert np.abs(now[0][:, others] - was[0][:, others]).max() < 1e-9
     turned = rot.multiply(now[1], rot.inverse(was[1]))
-    assert np.allclose(np.linalg.norm(rot.to_rotation_vector(turned[:, arm]), axis=-1), 0.7, atol=1e-6), "the finger rides along"
+    assert np.allclose(np.linalg.norm(rot.to_rotation_vector(turned[:, arm]), axis=-1), 0.7, atol=1e-6), (
+        "the finger rides along"
+    )
     assert np.abs(rot.to_rotation_vector(turned[:, others])).max() < 1e-6
 
 

@@ -15,7 +15,10 @@ from tests.support.walker import SPEED, walking_clip
 def data_of(*features, speed=1.0):
     """The features of some clips as a data set."""
     starts = np.cumsum([0, *map(len, features)])
-    clips = [PackedClip(f"archive/{i}", "walk", int(start), len(f), speed) for i, (start, f) in enumerate(zip(starts, features))]
+    clips = [
+        PackedClip(f"archive/{i}", "walk", int(start), len(f), speed)
+        for i, (start, f) in enumerate(zip(starts, features))
+    ]
     return MotionData(np.concatenate(features).astype(np.float32), clips, {})
 
 
@@ -64,7 +67,9 @@ def test_short_clips_can_be_drawn(frames):
 
 
 def test_the_exemplar_goes_the_sources_way_in_the_targets_style():
-    """A forward and a turning take of two styles: who goes forward is shown the forward take, whichever is the target."""
+    """A forward and a turning take of two styles: who goes forward is shown the forward take, whichever is the
+    target."""
+
     def going(turn, height):
         features = counting(60).copy() * 0.01
         features[..., 1], features[:, :, LAYOUT["root"]] = height, [0.0, 1.0, turn]

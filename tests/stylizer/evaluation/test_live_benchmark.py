@@ -23,8 +23,23 @@ from stylizer.evaluation.live_benchmark import (
     wearing,
 )
 
-CONTRACT = {"style", "movement", "sra", "top3", "cra", "posture", "liveliness", "speed", "cadence_hz", "stride_m", "clip",
-            "bounce_cm", "toe_cm", "skate_cm_s", "jerk"}
+CONTRACT = {
+    "style",
+    "movement",
+    "sra",
+    "top3",
+    "cra",
+    "posture",
+    "liveliness",
+    "speed",
+    "cadence_hz",
+    "stride_m",
+    "clip",
+    "bounce_cm",
+    "toe_cm",
+    "skate_cm_s",
+    "jerk",
+}
 
 
 @pytest.fixture(scope="module")
@@ -66,8 +81,10 @@ def test_rows_hold_what_is_promised_and_a_perfect_copy_scores_perfectly(walks):
         assert found["posture"][group]["drawn"] == 0.0 and found["liveliness"][group]["drawn"] == 1.0
         assert found["posture"][group]["other_take"] > 0.1
     unstyled = row("old", "walk_1.3", neutral, neutral, references, judges(0.0))
-    assert all(unstyled["posture"][group]["drawn"] == 1.0 and unstyled["liveliness"][group]["drawn"] == 0.0
-               for group in GROUP_JOINTS)
+    assert all(
+        unstyled["posture"][group]["drawn"] == 1.0 and unstyled["liveliness"][group]["drawn"] == 0.0
+        for group in GROUP_JOINTS
+    )
 
 
 def test_a_movement_without_a_clip_is_compared_with_the_walk(walks):
@@ -80,8 +97,10 @@ def test_a_movement_without_a_clip_is_compared_with_the_walk(walks):
 
 def test_the_table_shows_every_movement(walks):
     old, soldier, neutral = walks
-    rows = [row(name, "walk_1.3", motion, neutral, {"walk": Reference(soldier, None)}, judges(1.0))
-            for name, motion in (("old", old), ("soldier", soldier), ("proud", neutral))]
+    rows = [
+        row(name, "walk_1.3", motion, neutral, {"walk": Reference(soldier, None)}, judges(1.0))
+        for name, motion in (("old", old), ("soldier", soldier), ("proud", neutral))
+    ]
     total = summary(rows, neutral)
     assert total["sra"] == 1.0 and 0 < total["posture"]["legs"]["drawn"] < 1.5
     found = {"count": 2, "over_1500_deg_s": 0, "over_15_cm": 0, "fastest_deg_s": 900.0, "farthest_cm": 7.0}

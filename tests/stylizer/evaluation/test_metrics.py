@@ -29,7 +29,9 @@ def swinging(hertz, frames=240, amplitude=0.3):
 def test_shares_of_the_way(walk, name):
     content, style = measures.STATISTICS[name](walk), measures.STATISTICS[name](swinging(1.0) + 0.1 * np.arange(15))
     for share in (0.0, 0.5, 1.0):
-        arm = measures.shares(measures.part_gaps(content + share * (style - content), content, style) + 1e-12)["left_arm"]
+        arm = measures.shares(measures.part_gaps(content + share * (style - content), content, style) + 1e-12)[
+            "left_arm"
+        ]
         assert arm["closed"] == pytest.approx(share, abs=1e-6) and arm["gone"] == pytest.approx(share, abs=1e-6)
 
 
@@ -44,7 +46,9 @@ def test_a_swing_is_found_in_its_band():
         found = measures.spectrum(swinging(hertz))[INDEX["LeftArm"]]
         assert found.argmax() == band and found[band] > 0.8 * np.linalg.norm(found)
     whole = swinging(2.0)[..., 3:9].std(axis=0)[INDEX["LeftArm"]]
-    assert np.linalg.norm(measures.spectrum(swinging(2.0))[INDEX["LeftArm"]]) == pytest.approx(np.linalg.norm(whole), rel=0.05)
+    assert np.linalg.norm(measures.spectrum(swinging(2.0))[INDEX["LeftArm"]]) == pytest.approx(
+        np.linalg.norm(whole), rel=0.05
+    )
 
 
 def test_geodesic_is_the_angle():
@@ -57,7 +61,9 @@ def test_displacement_is_relative_to_the_hips_and_the_height():
     moved = content + np.array([0.0, 0.2, 0.0])
     moved[:, ARM] += np.array([0.175, 0.0, 0.0])
     parts = measures.by_part(measures.displacement(moved, content))
-    assert parts.pop("left_arm") == pytest.approx(0.1) and max(parts.values()) < 1e-9 and len(parts) == len(PART_NAMES) - 1
+    assert (
+        parts.pop("left_arm") == pytest.approx(0.1) and max(parts.values()) < 1e-9 and len(parts) == len(PART_NAMES) - 1
+    )
 
 
 def test_jerk_ratio_sees_noise():

@@ -1,4 +1,5 @@
-"""The evaluation: halves that do not share a take, judges that learn what is to be seen, and a report of the promised form."""
+"""The evaluation: halves that do not share a take, judges that learn what is to be seen, and a report of the promised
+form."""
 
 import numpy as np
 import pytest
@@ -19,7 +20,8 @@ STYLES = {"normal": 0.0, "proud": 0.6, "old": -0.9}  # how far the left arm is r
 
 @pytest.fixture
 def data(tmp_path):
-    """A folder of labelled walks, two takes each but for one that has a single long one, and a clip that is no walk of ours."""
+    """A folder of labelled walks, two takes each but for one that has a single long one, and a clip that is no walk of
+    ours."""
     folder = tmp_path / "mocap" / "deep"
     folder.mkdir(parents=True)
     for style, angle in STYLES.items():
@@ -38,8 +40,13 @@ def quick(bank, monkeypatch, tmp_path):
     (weights.FOLDER / "tiny.safetensors").rename(weights.FOLDER / "slim.safetensors")
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
     monkeypatch.setattr(rows, "TRIALS", 2)
-    for name, value in {"TRIALS": 2, "REAL_SIZE": 6, "SAME_CONTENT_SIZE": 2, "STEPS": 30,
-                        "ROWS": (("full", "offline", 2), ("slim", "offline", 2), ("slim", "live", 2))}.items():
+    for name, value in {
+        "TRIALS": 2,
+        "REAL_SIZE": 6,
+        "SAME_CONTENT_SIZE": 2,
+        "STEPS": 30,
+        "ROWS": (("full", "offline", 2), ("slim", "offline", 2), ("slim", "live", 2)),
+    }.items():
         monkeypatch.setattr(evaluate, name, value)
     monkeypatch.setattr(classifier, "STEPS", 30)
     monkeypatch.setattr(classifier, "BATCH", 12)
@@ -49,7 +56,11 @@ def quick(bank, monkeypatch, tmp_path):
 
 def test_the_halves_share_no_frames(data):
     halves = labelled.load(data)
-    assert {take.style for take in halves.generate} == {f"{style} 1" for style in STYLES} == {t.style for t in halves.classify}
+    assert (
+        {take.style for take in halves.generate}
+        == {f"{style} 1" for style in STYLES}
+        == {t.style for t in halves.classify}
+    )
     assert {take.content for take in halves.generate} == {"walk"}
     for take in halves.generate:
         (other,) = [t for t in halves.classify if t.style == take.style]
@@ -77,12 +88,13 @@ def test_a_network_that_copies_keeps_content_and_one_that_swaps_takes_style(data
 
     class Swap:
         """Answers with the target's own motion."""
+
         def __call__(self, content, source, target):
-            return target.features[-len(content):], target.clip[-len(content):]
+            return target.features[-len(content) :], target.clip[-len(content) :]
 
     class Copy:
         def __call__(self, content, source, target):
-            return source.features[-len(content):], content
+            return source.features[-len(content) :], content
 
     swapped, copied = (rows.row(kind(), halves.generate, judges, 6, lambda: None) for kind in (Swap, Copy))
     assert swapped["sra"][0] == swapped["drawn_sra"][0] == 1.0 and copied["sra"][0] < 0.7
@@ -90,9 +102,12 @@ def test_a_network_that_copies_keeps_content_and_one_that_swaps_takes_style(data
 
 
 def test_judges_are_asked_about_real_motion_whose_content_they_never_saw_in_that_style(data, quick, tmp_path):
-    known = [(content, style) for style in ("old 1", "proud 1") for content in ("dash", "run", "walk")] + [("walk", "lean wd2")]
+    known = [(content, style) for style in ("old 1", "proud 1") for content in ("dash", "run", "walk")] + [
+        ("walk", "lean wd2")
+    ]
     shared = combinations.folds(known)
-    assert sorted(set().union(*shared)) == sorted(known[:-1]) and sum(map(len, shared)) == 6  # each once, but who only walks
+    # each once, but who only walks
+    assert sorted(set().union(*shared)) == sorted(known[:-1]) and sum(map(len, shared)) == 6
     assert all(len({style for _, style in fold}) == len(fold) for fold in shared)
     halves, asked = labelled.load(data), []
     real = combinations.real_where_unknown(halves, [{("walk", "proud 1")}], tmp_path, lambda: asked.append(1))
@@ -107,6 +122,7 @@ def test_the_report_has_the_promised_form(data, quick):
 
         def tick():
             steps["done"] += 1
+
         return tick
 
     result = evaluate.evaluate(data, progress=progress)
@@ -131,6 +147,7 @@ def test_further_figures_want_neutral_walks(data, bank):
 def test_the_pictures_are_drawn(data, quick, bank, monkeypatch, tmp_path):
     from stylizer.evaluation import pictures
     from stylizer.styles import bundled_styles as bundled
+
     names = {style: ((f"deep/dataset-1_walk_{style}_000.bvh",), "none") for style in ("proud", "old")}
     monkeypatch.setattr(bundled, "CLIPS", names)
     monkeypatch.setattr(pictures, "POSES", 2)

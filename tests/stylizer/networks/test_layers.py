@@ -18,7 +18,7 @@ def test_stconv_is_equation_1():
     torch.nn.init.normal_(conv.bias)
     x = features(G2, 3).requires_grad_()
     padded = torch.nn.functional.pad(x, (0, 0, 1, 1))
-    taps = torch.stack([padded[:, :, k:k + 8] for k in range(3)])
+    taps = torch.stack([padded[:, :, k : k + 8] for k in range(3)])
     expected = torch.einsum("dij,kjbtc,dcko->ibto", mixing, taps, conv.weight.view(3, 3, 3, 5)) + conv.bias
     assert torch.allclose(conv(x), expected, atol=1e-5)
     ways_back = [torch.autograd.grad(y.square().sum(), (x, conv.weight)) for y in (conv(x), expected)]

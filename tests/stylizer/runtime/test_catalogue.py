@@ -1,4 +1,5 @@
-"""Stylizers by name: the right bank and live stylizer for each, key points on the command line, changing in a running session."""
+"""Stylizers by name: the right bank and live stylizer for each, key points on the command line, changing in a running
+session."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -25,16 +26,21 @@ from tests.support.walker import walking_clip
 
 @pytest.fixture
 def package(bank, tmp_path, monkeypatch):
-    """A package with two stylizers: a tiny Motion Puzzle called `slim` and a tiny `unpaired`; the user has no styles yet."""
+    """A package with two stylizers: a tiny Motion Puzzle called `slim` and a tiny `unpaired`; the user has no styles
+    yet."""
     torch.manual_seed(0)
-    model = unpaired.Unpaired(replace(unpaired.CONFIG, content=(8, 8), style=(8, 8), code=8, taps=3, labels=("old 1", "sad 1")))
+    model = unpaired.Unpaired(
+        replace(unpaired.CONFIG, content=(8, 8), style=(8, 8), code=8, taps=3, labels=("old 1", "sad 1"))
+    )
     features = clip_features(walking_clip())
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
     (weights.FOLDER / "tiny.safetensors").rename(weights.FOLDER / "slim.safetensors")
     weights.save(model, weights.FOLDER / "unpaired.safetensors", licence="none")
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
     for kind in (Bank, CodeBank):
-        monkeypatch.setattr(kind.__init__, "__defaults__", (*kind.__init__.__defaults__[:-2], tmp_path / "styles", None))
+        monkeypatch.setattr(
+            kind.__init__, "__defaults__", (*kind.__init__.__defaults__[:-2], tmp_path / "styles", None)
+        )
     monkeypatch.setattr(codes, "BUNDLED", tmp_path / "styles")
     codes.build("unpaired", weights.FOLDER, tmp_path, tmp_path / "styles")
     return tmp_path
@@ -42,7 +48,9 @@ def package(bank, tmp_path, monkeypatch):
 
 def test_each_name_has_its_bank_and_its_live_stylizer(package):
     assert catalogue.names() == ("slim", "unpaired")
-    assert type(catalogue.bank()) is type(catalogue.bank("slim")) is Bank and type(catalogue.bank("unpaired")) is CodeBank
+    assert (
+        type(catalogue.bank()) is type(catalogue.bank("slim")) is Bank and type(catalogue.bank("unpaired")) is CodeBank
+    )
     assert type(catalogue.from_pretrained()) is LiveStylizer
     assert type(catalogue.from_pretrained("unpaired")) is WholeBodyStylizer
     with pytest.raises(ValueError, match="no stylizer weights at .*; there are slim, unpaired"):
@@ -56,10 +64,14 @@ def test_codes_of_other_weights_are_refused(package):
 
 
 def test_a_style_is_learned_from_a_video(package, capsys):
-    folder = test_key_points.write(package / "points", test_key_points.detected(test_key_points.body(), test_key_points.BODY_25))
+    folder = test_key_points.write(
+        package / "points", test_key_points.detected(test_key_points.body(), test_key_points.BODY_25)
+    )
     command = ["styles", "add", str(folder), "--name", "limp"]
     assert cli.main(command) == 2 and "--stylizer unpaired" in capsys.readouterr().err
-    assert cli.main([*command, "--stylizer", "unpaired", "--fps", "0"]) == 2 and "no frame rate" in capsys.readouterr().err
+    assert (
+        cli.main([*command, "--stylizer", "unpaired", "--fps", "0"]) == 2 and "no frame rate" in capsys.readouterr().err
+    )
     assert cli.main([*command, "--stylizer", "unpaired"]) == 0
     assert cli.main(["styles", "list", "--stylizer", "unpaired"]) == 0
     assert "limp" in capsys.readouterr().out.split()

@@ -1,4 +1,5 @@
-"""Switches: neither place nor speed jumps, the gap closes to nothing, and half a circle is gone one way, not too fast."""
+"""Switches: neither place nor speed jumps, the gap closes to nothing, and half a circle is gone one way, not too
+fast."""
 
 import numpy as np
 import pytest
@@ -47,8 +48,9 @@ def test_without_a_switch_it_passes_through_to_the_last_bit():
 
 @pytest.mark.parametrize("apart", [0.3, 1.5, 2.8])
 def test_neither_place_nor_speed_jumps(apart):
-    """Before the switch it moves; after it another way, setting out from rest as smoothed deltas do: what is drawn goes from the
-    one over into the other, its speed changing no quicker than where the gap alone is closed."""
+    """Before the switch it moves; after it another way, setting out from rest as smoothed deltas do: what is drawn goes
+    from the one over into the other, its speed changing no quicker than where the gap alone is closed."""
+
     def setting_out(frame):
         return -0.01 * (frame - SWITCH) ** 2 / (frame - SWITCH + 6)
 
@@ -59,10 +61,13 @@ def test_neither_place_nor_speed_jumps(apart):
         return Y * (0.001 * (frame - SWITCH) if frame < SWITCH else 0.2 * apart)
 
     ours, shift = drawn(turns, shifts)
-    alone, alone_shift = drawn(lambda frame: about(Z, apart * (frame >= SWITCH)),
-                               lambda frame: 0.2 * apart * Y * (frame >= SWITCH))
+    alone, alone_shift = drawn(
+        lambda frame: about(Z, apart * (frame >= SWITCH)), lambda frame: 0.2 * apart * Y * (frame >= SWITCH)
+    )
     rates, alone_rates = (steps(each)[:, 0, 2] for each in (ours, alone))
-    assert rot.to_rotation_vector(rot.multiply(turns(SWITCH), rot.inverse(turns(SWITCH - 1))))[0, 2] > 0.29, "a jump is asked for"
+    assert rot.to_rotation_vector(rot.multiply(turns(SWITCH), rot.inverse(turns(SWITCH - 1))))[0, 2] > 0.29, (
+        "a jump is asked for"
+    )
     assert rates[SWITCH - 1] == pytest.approx(0.02, abs=0.003 * (1 + apart)), "that frame goes on as those before it"
     assert np.abs(np.diff(rates)).max() < np.abs(np.diff(alone_rates)).max() + 0.003
     assert np.abs(np.diff(shift, axis=0)).max() < np.abs(np.diff(alone_shift, axis=0)).max() + 0.001
@@ -93,16 +98,17 @@ def test_the_gap_closes_to_nothing():
 @pytest.mark.parametrize("axis", [X, rot.normalize(np.array([1.0, 2.0, -1.0]))])
 def test_half_a_circle_is_gone_one_way(angle, axis):
     """Though the style that is asked for sways about where the ways round are equally long."""
+
     def turns(frame):
         return about(axis, angle + 0.2 * np.sin(frame / 6)) if frame >= SWITCH else about(axis, 0.0)
 
     ours, _ = drawn(turns, still, 200)
     rates = steps(ours)[:, 0] @ axis
     assert np.degrees(np.abs(rates).max()) * FPS < FASTEST
-    underway = rates[SWITCH:SWITCH + round(2 * HALFLIFE * FPS)]
+    underway = rates[SWITCH : SWITCH + round(2 * HALFLIFE * FPS)]
     sway = 0.2 / 6
     assert (underway > -sway - 1e-3).all() or (underway < sway + 1e-3).all(), "it never turns back on its way"
-    assert abs(abs(rates[SWITCH - 1:].sum()) - np.pi) < 0.5, "and goes about half a circle in all"
+    assert abs(abs(rates[SWITCH - 1 :].sum()) - np.pi) < 0.5, "and goes about half a circle in all"
 
 
 @pytest.mark.parametrize("apart", [0.5, 3.1])
@@ -133,8 +139,11 @@ def test_only_joints_that_switch_are_changed():
 
 
 def test_each_of_a_crowd_switches_as_it_would_alone():
-    scripts = [(lambda frame: about(Z, 1.5 * (frame >= 40)), {40}), (lambda frame: about(X, 0.02 * frame), set()),
-               (lambda frame: about(Y, (frame // 25) % 3), {25, 50, 75, 100})]
+    scripts = [
+        (lambda frame: about(Z, 1.5 * (frame >= 40)), {40}),
+        (lambda frame: about(X, 0.02 * frame), set()),
+        (lambda frame: about(Y, (frame // 25) % 3), {25, 50, 75, 100}),
+    ]
     crowd, alone = Inertializer((3,)), [Inertializer() for _ in scripts]
     for frame in range(120):
         jumping = np.array([np.full(ROWS, frame in when) for _, when in scripts])

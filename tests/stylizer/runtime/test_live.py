@@ -123,10 +123,15 @@ def test_a_share_that_changes_glides(bank, walk):
     def worn(frame):
         return {"left_arm": ("neutral", 1.0, "other", float(frame >= 45)) if frame < 70 else ("neutral", 1.0)}
 
-    changing, pure = stream(bank, walk, worn), [stream(bank, walk, {"left_arm": (name, 1.0)}) for name in ("neutral", "other")]
+    changing, pure = (
+        stream(bank, walk, worn),
+        [stream(bank, walk, {"left_arm": (name, 1.0)}) for name in ("neutral", "other")],
+    )
     apart = turn(pure[0][45], pure[1][45])[13:17].max()
-    steps = [turn(changing[i], changing[i - 1])[13:17].max() - turn(pure[0][i], pure[0][i - 1])[13:17].max()
-             for i in range(40, 90)]
+    steps = [
+        turn(changing[i], changing[i - 1])[13:17].max() - turn(pure[0][i], pure[0][i - 1])[13:17].max()
+        for i in range(40, 90)
+    ]
     assert apart > 0.01 and max(steps) < 0.6 * apart
     assert turn(changing[69], pure[1][69])[13:17].max() < 0.1 * apart
     assert turn(changing[89], pure[0][89])[13:17].max() < 0.1 * apart
@@ -166,9 +171,13 @@ def test_a_turn_of_half_a_circle_keeps_its_direction():
 
 def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
     """The first as a lone character does; others as one whose decoder is asked in other frames."""
-    wears = [lambda frame: {"spine": ("other", 1.0)}, lambda frame: {"left_arm": ("other" if frame < 30 else "neutral", 0.8)},
-             lambda frame: {}, lambda frame: {"left_leg": ("other", 1.0), "right_leg": ("other", 1.0)} if frame > 10 else {},
-             lambda frame: {"left_arm": ("neutral", 1.0, "other", 0.5)} if 5 < frame < 25 else {}]
+    wears = [
+        lambda frame: {"spine": ("other", 1.0)},
+        lambda frame: {"left_arm": ("other" if frame < 30 else "neutral", 0.8)},
+        lambda frame: {},
+        lambda frame: {"left_leg": ("other", 1.0), "right_leg": ("other", 1.0)} if frame > 10 else {},
+        lambda frame: {"left_arm": ("neutral", 1.0, "other", 0.5)} if 5 < frame < 25 else {},
+    ]
     stylizer, history, together = LiveStylizer(bank).crowd(len(wears)), RingBuffer(), []
     for frame, pose in enumerate(walk[:60]):
         poses = Pose.stacked([pose] * len(wears))
@@ -181,8 +190,11 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
 
 def test_a_part_of_a_crowd_is_asked_for_in_every_frame(bank, walk, monkeypatch):
     asked, ask = [], LiveStylizer._decoder
-    monkeypatch.setattr(LiveStylizer, "_decoder",
-                        lambda self, windows, ones, which: asked.append(ones) or ask(self, windows, ones, which))
+    monkeypatch.setattr(
+        LiveStylizer,
+        "_decoder",
+        lambda self, windows, ones, which: asked.append(ones) or ask(self, windows, ones, which),
+    )
     stylizer, history = LiveStylizer(bank).crowd(4), RingBuffer()
     for frame, pose in enumerate(walk[:9]):
         poses = Pose.stacked([pose] * 4)
@@ -195,6 +207,7 @@ def test_a_part_of_a_crowd_is_asked_for_in_every_frame(bank, walk, monkeypatch):
 def test_another_bank_that_takes_over_wears_its_own_styles_under_the_same_names(bank, walk):
     class Other:
         """The same styles, two of them under each other's name."""
+
         model, names, refresh = bank.model, bank.names, lambda self: None
 
         def __getitem__(self, name):
@@ -228,7 +241,12 @@ def test_the_own_style_changes_nothing_bit_for_bit(bank, walk, worn):
 
 
 def test_parts_in_the_own_style_are_untouched_beside_others_that_wear_one(bank, walk):
-    style = {"left_arm": ("other", 1.0), "right_arm": ("neutral", 1.0), "spine": ("neutral", 1.5), "left_leg": ("neutral", 1.0)}
+    style = {
+        "left_arm": ("other", 1.0),
+        "right_arm": ("neutral", 1.0),
+        "spine": ("neutral", 1.5),
+        "left_leg": ("neutral", 1.0),
+    }
     ours, alone = (stream(bank, walk[:30], each) for each in (style, {"left_arm": ("other", 1.0)}))
     assert all(equal(a, b) for a, b in zip(ours, alone))
     assert turn(ours[-1], walk[29])[list(PARTS["left_arm"])].max() > 0.05
@@ -247,7 +265,8 @@ def test_back_in_the_own_style_a_part_is_the_neutral_one_once_its_switch_is_done
 
 @pytest.fixture
 def musical(bank):
-    """`other` with a loop on top: a forearm that swings once a second, a head that nods slowly, about axes of their own."""
+    """`other` with a loop on top: a forearm that swings once a second, a head that nods slowly, about axes of their
+    own."""
     time = np.arange(60) / 30
     loop = np.zeros((60, 21, 3))
     loop[:, 15, 2], loop[:, 12, 0] = 0.4 * np.sin(2 * np.pi * time), 0.2 * np.sin(np.pi * time)
@@ -267,7 +286,9 @@ def test_movement_in_its_own_time_is_played_on_top_as_strong_as_the_part(bank, w
         wanted = strength * played(musical, frame + 1)
         np.testing.assert_allclose(apart[15], walk[frame].to_world(wanted[None, 15])[0], atol=2e-3)
         others = [joint for joint in range(21) if joint not in arm]
-        assert np.array_equal(a.rotations[others], b.rotations[others]), "the head nods only where the spine wears the style"
+        assert np.array_equal(a.rotations[others], b.rotations[others]), (
+            "the head nods only where the spine wears the style"
+        )
 
 
 def test_of_a_blend_each_plays_its_own_by_its_share(bank, walk, musical):
@@ -290,8 +311,12 @@ def test_movement_in_its_own_time_comes_and_goes_without_a_jump(bank, walk, musi
 def paced(bank):
     """A style whose walk goes at 0.6 m/s with 0.8 strides a second; the own one takes a stride a second at 1.2 m/s."""
     style = bank["other"]
-    bank._styles["slow"] = replace(style, gait=style.gait._replace(
-        movements=("walk",), root_velocities=np.array([[0.0, 0.6, 0.0]]), cadences=np.array([0.8])))
+    bank._styles["slow"] = replace(
+        style,
+        gait=style.gait._replace(
+            movements=("walk",), root_velocities=np.array([[0.0, 0.6, 0.0]]), cadences=np.array([0.8])
+        ),
+    )
     stylizer = LiveStylizer(bank)
     speed, rate = bank["slow"].gait.pace_of("walk", bank["neutral"].gait)
     return stylizer, np.array([speed / 1.3, rate])
@@ -311,15 +336,27 @@ def test_legs_set_the_pace_of_their_style_as_far_as_they_wear_it(paced, walk):
     assert np.abs(pace - 1).max() > 0.05
     both = {"left_leg": ("slow", 1.0), "right_leg": ("slow", 1.0)}
     np.testing.assert_allclose(asked_pace(stylizer, walk, both), pace, atol=1e-3)
-    np.testing.assert_allclose(asked_pace(stylizer, walk, {leg: ("slow", 0.4) for leg in both}), 1 + 0.4 * (pace - 1), atol=1e-3)
+    np.testing.assert_allclose(
+        asked_pace(stylizer, walk, {leg: ("slow", 0.4) for leg in both}), 1 + 0.4 * (pace - 1), atol=1e-3
+    )
     np.testing.assert_allclose(asked_pace(stylizer, walk, {leg: ("slow", 1.5) for leg in both}), pace, atol=1e-3)
     np.testing.assert_allclose(asked_pace(stylizer, walk, {"left_leg": ("slow", 1.0)}), 1 + 0.5 * (pace - 1), atol=1e-3)
-    np.testing.assert_allclose(asked_pace(stylizer, walk, {leg: ("neutral", 1.0, "slow", 0.3) for leg in both}),
-                               1 + 0.3 * (pace - 1), atol=1e-3)
+    np.testing.assert_allclose(
+        asked_pace(stylizer, walk, {leg: ("neutral", 1.0, "slow", 0.3) for leg in both}),
+        1 + 0.3 * (pace - 1),
+        atol=1e-3,
+    )
 
 
-@pytest.mark.parametrize("style, gait", [({}, "walk"), ({"spine": ("slow", 1.0), "left_arm": ("slow", 1.0)}, "walk"),
-                                         ({"left_leg": ("neutral", 1.0)}, "walk"), ({"left_leg": ("slow", 1.0)}, "run")])
+@pytest.mark.parametrize(
+    "style, gait",
+    [
+        ({}, "walk"),
+        ({"spine": ("slow", 1.0), "left_arm": ("slow", 1.0)}, "walk"),
+        ({"left_leg": ("neutral", 1.0)}, "walk"),
+        ({"left_leg": ("slow", 1.0)}, "run"),
+    ],
+)
 def test_arms_the_own_style_and_what_no_clip_shows_leave_the_pace_alone(paced, walk, style, gait):
     np.testing.assert_array_equal(asked_pace(paced[0], walk, style, 40, gait), 1.0)
 

@@ -21,7 +21,9 @@ def restyle(bank):
 
 def turn(a, b):
     """(frames, 21) angle between the global rotations of two clips."""
-    return np.linalg.norm(rot.to_rotation_vector(rot.multiply(a.global_rotations(), rot.inverse(b.global_rotations()))), axis=-1)
+    return np.linalg.norm(
+        rot.to_rotation_vector(rot.multiply(a.global_rotations(), rot.inverse(b.global_rotations()))), axis=-1
+    )
 
 
 def test_strength_0_is_the_content_and_little_strength_is_near_it(restyle):
@@ -36,7 +38,8 @@ def test_strength_0_is_the_content_and_little_strength_is_near_it(restyle):
 def test_other_parts_are_untouched(restyle, part):
     walk = walking_clip(150)
     turned = turn(restyle(walk, {part: ("other", 1.0)}), walk)
-    legs = PARTS["left_leg"] if part == "right_leg" else ()  # the other leg may bend, where the body is lowered or raised
+    # the other leg may bend, where the body is lowered or raised
+    legs = PARTS["left_leg"] if part == "right_leg" else ()
     others = [joint for joint in range(21) if joint not in PARTS[part] + legs]
     assert turned[:, list(PARTS[part])].max() > 0.05 and turned[:, others].max() < 1e-6
 
@@ -70,9 +73,12 @@ def test_windows_leave_no_seams(bank, monkeypatch):
     monkeypatch.setattr(overlap, "BATCH", 7)
     styled = stylize(bank.model, walk, {part: Look(bank["other"]) for part in PART_NAMES})
     third = np.linalg.norm(np.diff(styled.positions()[:, 13:], 3, axis=0), axis=-1).mean(axis=1)[20:-20]
-    by_phase = [third[start::overlap.HOP].mean() for start in range(overlap.HOP)]
+    by_phase = [third[start :: overlap.HOP].mean() for start in range(overlap.HOP)]
     assert max(by_phase) < 1.4 * min(by_phase)
-    assert styled_features(bank.model, features, {part: Look(bank["other"]) for part in PART_NAMES}).shape == features.shape
+    assert (
+        styled_features(bank.model, features, {part: Look(bank["other"]) for part in PART_NAMES}).shape
+        == features.shape
+    )
 
 
 @pytest.mark.parametrize("frames", [10, 64, 200, 800])
@@ -85,7 +91,9 @@ def test_a_style_clip_of_any_length(bank, frames):
 def test_styles_of_short_and_of_long_clips_are_worn_side_by_side(bank):
     """Attention looks at as many windows of either, so that they stack and blend."""
     walk, rng = walking_clip(100), np.random.default_rng(1)
-    few, many = (clip_style(bank.model, clip_features(walking_clip(frames)) + rng.normal(size=(21, 15))) for frames in (100, 900))
+    few, many = (
+        clip_style(bank.model, clip_features(walking_clip(frames)) + rng.normal(size=(21, 15))) for frames in (100, 900)
+    )
     assert few.features[3].keys.shape == many.features[3].keys.shape == bank["other"].features[3].keys.shape
     both = {"spine": Look(few), "left_arm": Look(many), "right_arm": Look(few, 1.0, many, 0.5)}
     together = stylize(bank.model, walk, both)
@@ -97,7 +105,10 @@ def test_styles_of_short_and_of_long_clips_are_worn_side_by_side(bank):
 
 def test_a_style_may_be_a_file(bank, walk_file, tmp_path):
     assert looks(bank, {"spine": (str(walk_file), 0.5)})["spine"].strength == 0.5
-    for name, error in (("othr", "unknown style 'othr': did you mean other"), (str(tmp_path / "odd.bvh"), "not a whole BVH")):
+    for name, error in (
+        ("othr", "unknown style 'othr': did you mean other"),
+        (str(tmp_path / "odd.bvh"), "not a whole BVH"),
+    ):
         (tmp_path / "odd.bvh").write_text("nonsense")
         with pytest.raises(ValueError, match=error):
             looks(bank, {"spine": (name, 1.0)})
@@ -107,9 +118,24 @@ def test_a_style_may_be_a_file(bank, walk_file, tmp_path):
 
 def test_stylize_writes_on_either_skeleton(bank, walk_file, tmp_path, monkeypatch, capsys):
     from demo import cli
+
     monkeypatch.setattr("stylizer.runtime.catalogue.bank", lambda name: bank)
     for extra in ([], ["--retarget-back"]):
         out = tmp_path / "out.bvh"
-        assert cli.main(["stylize", str(walk_file), "--style", "arms=other:0.7", "--style", f"spine=neutral+{walk_file}@0.5",
-                         "-o", str(out), *extra]) == 0
+        assert (
+            cli.main(
+                [
+                    "stylize",
+                    str(walk_file),
+                    "--style",
+                    "arms=other:0.7",
+                    "--style",
+                    f"spine=neutral+{walk_file}@0.5",
+                    "-o",
+                    str(out),
+                    *extra,
+                ]
+            )
+            == 0
+        )
         assert len(bvh.read(out)) == 240 and f"wrote {out}" in capsys.readouterr().out

@@ -22,8 +22,9 @@ from tests.support.walker import CYCLE, SPEED, planted_clip, walking_clip
 def same(a, b):
     """Whether two styles are equal to the last bit, features and gait."""
     gaits = zip(a.gait, b.gait)
-    return (all(torch.equal(x, y) for level in a.features for x, y in zip(a.features[level], b.features[level]))
-            and all(np.array_equal(x, y) if isinstance(x, np.ndarray) else x == y for x, y in gaits))
+    return all(torch.equal(x, y) for level in a.features for x, y in zip(a.features[level], b.features[level])) and all(
+        np.array_equal(x, y) if isinstance(x, np.ndarray) else x == y for x, y in gaits
+    )
 
 
 def again(bank):
@@ -68,17 +69,30 @@ def test_a_style_is_added_found_again_and_removed(bank, walk_file):
     assert again(bank).names == ("neutral", "other")
 
 
-@pytest.mark.parametrize("name, message", [
-    ("other", "there is a style 'other' already"), ("Other", "already"), ("../x", "no style name"),
-    ("", "no style name")])
+@pytest.mark.parametrize(
+    "name, message",
+    [
+        ("other", "there is a style 'other' already"),
+        ("Other", "already"),
+        ("../x", "no style name"),
+        ("", "no style name"),
+    ],
+)
 def test_bad_names_are_refused(bank, walk_file, name, message):
     with pytest.raises(ValueError, match=message):
         bank.add(walk_file, name)
 
 
-@pytest.mark.parametrize("file, name", [
-    ("Sneaky walk (2).bvh", "Sneaky-walk-2"), ("_x_.bvh", "x"), ("\u8d70.bvh", "style"), ("Other.bvh", "Other-2"),
-    ("n" * 60 + ".bvh", "n" * 36)])
+@pytest.mark.parametrize(
+    "file, name",
+    [
+        ("Sneaky walk (2).bvh", "Sneaky-walk-2"),
+        ("_x_.bvh", "x"),
+        ("\u8d70.bvh", "style"),
+        ("Other.bvh", "Other-2"),
+        ("n" * 60 + ".bvh", "n" * 36),
+    ],
+)
 def test_names_made_from_a_file_s(bank, file, name):
     assert bank.free_name(Path(file)) == name
 
@@ -114,7 +128,9 @@ def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, w
     with torch.no_grad():
         model.style_encoder.stem.weight.mul_(2)
     weights.save(model, weights.FOLDER / "tiny.safetensors")
-    with pytest.raises(ValueError, match="neutral.safetensors was computed for other weights of stylizer or controller"):
+    with pytest.raises(
+        ValueError, match="neutral.safetensors was computed for other weights of stylizer or controller"
+    ):
         again(bank)
     own_style.write(bank.bundled, bank.own_motion, *weights.load("tiny"))
     with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
@@ -126,7 +142,8 @@ def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, w
 
 
 def test_another_controllers_own_style_refits_the_users_styles(bank, walk_file):
-    """Their key poses are fitted to its strides; the bundled ones are refused, for no file of theirs holds their motion."""
+    """Their key poses are fitted to its strides; the bundled ones are refused, for no file of theirs holds their
+    motion."""
     bank.add(walk_file, "mine")
     before = bank["mine"]
     features = clip_features(walking_clip())
@@ -146,8 +163,16 @@ def former(path, name, windows, fingerprint):
     """A style file as versions before this one wrote it: the windows of one clip, and what they were encoded to."""
     from sim.body.skeleton import skeleton_hash
     from sim.motion.features import LAYOUT_VERSION
-    header = {"format": "patchwalk-style-1", "name": name, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash(),
-              "weights": fingerprint, "licence": "the user's own clip", "source": f"{name}.bvh"}
+
+    header = {
+        "format": "patchwalk-style-1",
+        "name": name,
+        "layout": LAYOUT_VERSION,
+        "skeleton": skeleton_hash(),
+        "weights": fingerprint,
+        "licence": "the user's own clip",
+        "source": f"{name}.bvh",
+    }
     path.parent.mkdir(parents=True, exist_ok=True)
     tensors = {"3.scale": torch.zeros(5, 1, 8).half(), "windows": torch.from_numpy(windows.astype(np.float16))}
     save_file(tensors, path, header)
@@ -159,7 +184,11 @@ def test_a_users_style_of_the_former_format_is_read_and_written_anew(bank):
     first, second = again(bank), again(bank)
     assert "limp" in first.names and same(first["limp"], second["limp"])
     header, tensors = style_file.checked(path)
-    assert header["format"] == style_file.FORMAT and header["licence"] == "the user's own clip" and header["source"] == "limp.bvh"
+    assert (
+        header["format"] == style_file.FORMAT
+        and header["licence"] == "the user's own clip"
+        and header["source"] == "limp.bvh"
+    )
     assert header["controller"] == CONTROLLER and header["weights"] == bank.fingerprint
     np.testing.assert_array_equal(style_file.read_windows(tensors)[0], windows.astype(np.float16))
     gait = first["limp"].gait
@@ -173,7 +202,9 @@ def test_a_style_of_the_former_format_without_motion_is_refused_in_a_sentence(ba
     header, tensors = weights.read(path)
     del tensors["windows"]
     save_file(tensors, path, header)
-    with pytest.raises(ValueError, match="limp.safetensors was made for format 'patchwalk-style-1', .*: remove the file and add"):
+    with pytest.raises(
+        ValueError, match="limp.safetensors was made for format 'patchwalk-style-1', .*: remove the file and add"
+    ):
         again(bank)
 
 

@@ -1,4 +1,5 @@
-"""Key points of a video: what a known body looks like through a known camera is read back, gaps, jitter and bystanders or not."""
+"""Key points of a video: what a known body looks like through a known camera is read back, gaps, jitter and bystanders
+or not."""
 
 import json
 
@@ -15,10 +16,23 @@ PIXELS = 180.0  # a metre
 
 def body() -> np.ndarray:
     """(frames, 15, 2) metres about the hips, y up: a figure that swings its hands and lifts its feet."""
-    at = {"Hips": (0, 0), "Neck": (0, TORSO), "Head": (0, 0.65), "LeftUpLeg": (0.1, 0), "RightUpLeg": (-0.1, 0),
-          "LeftLeg": (0.1, -0.45), "RightLeg": (-0.1, -0.45), "LeftFoot": (0.1, -0.85), "RightFoot": (-0.1, -0.85),
-          "LeftArm": (0.2, TORSO), "RightArm": (-0.2, TORSO), "LeftForeArm": (0.3, 0.2), "RightForeArm": (-0.3, 0.2),
-          "LeftHand": (0.35, 0), "RightHand": (-0.35, 0)}
+    at = {
+        "Hips": (0, 0),
+        "Neck": (0, TORSO),
+        "Head": (0, 0.65),
+        "LeftUpLeg": (0.1, 0),
+        "RightUpLeg": (-0.1, 0),
+        "LeftLeg": (0.1, -0.45),
+        "RightLeg": (-0.1, -0.45),
+        "LeftFoot": (0.1, -0.85),
+        "RightFoot": (-0.1, -0.85),
+        "LeftArm": (0.2, TORSO),
+        "RightArm": (-0.2, TORSO),
+        "LeftForeArm": (0.3, 0.2),
+        "RightForeArm": (-0.3, 0.2),
+        "LeftHand": (0.35, 0),
+        "RightHand": (-0.35, 0),
+    }
     result = np.tile(np.array([at[name] for name in POINTS], float), (FRAMES, 1, 1))
     swing = np.sin(2 * np.pi * np.arange(FRAMES) / FPS)
     for name, sign in (("LeftHand", 1), ("RightHand", -1), ("LeftFoot", -1), ("RightFoot", 1)):
@@ -27,7 +41,8 @@ def body() -> np.ndarray:
 
 
 def detected(points: np.ndarray, order, where=(640.0, 360.0)) -> np.ndarray:
-    """(frames, n, 3) as a detector sees it: pixels, y down, confidence; what the figure has no point for is near the head."""
+    """(frames, n, 3) as a detector sees it: pixels, y down, confidence; what the figure has no point for is near the
+    head."""
     theirs = {theirs: name for name, sources in key_points.SOURCES.items() if len(sources) == 1 for theirs in sources}
     result = np.empty((len(points), len(order), 3))
     for place, name in enumerate(order):
@@ -40,7 +55,9 @@ def detected(points: np.ndarray, order, where=(640.0, 360.0)) -> np.ndarray:
 def write(folder, *people):
     folder.mkdir(exist_ok=True)
     for frame in range(len(people[0])):
-        listed = [{"pose_keypoints_2d": person[frame].ravel().tolist()} for person in people if np.any(person[frame, :, 2])]
+        listed = [
+            {"pose_keypoints_2d": person[frame].ravel().tolist()} for person in people if np.any(person[frame, :, 2])
+        ]
         (folder / f"video_{frame:012d}_keypoints.json").write_text(json.dumps({"version": 1.3, "people": listed}))
     return folder
 
@@ -83,15 +100,26 @@ def test_other_frame_rates_become_sixty(tmp_path):
     assert len(found) == int((FRAMES - 1) / 25 * 60) + 1
 
 
-@pytest.mark.parametrize("spoil, message", [
-    (lambda folder, seen: write(folder, seen[:20]), "holds 20 .json files: give one a frame"),
-    (lambda folder, seen: (write(folder, seen), (folder / "a.json").write_text("{}")), "holds no OpenPose key points"),
-    (lambda folder, seen: write(folder, seen[:, :20]), "has 20 points a person"),
-    (lambda folder, seen: write(folder, seen * 0), "nobody is seen"),
-    (lambda folder, seen: write(folder, np.where(np.arange(25)[:, None] == BODY_25.index("LWrist"), 0, seen)),
-     "LeftHand is never seen"),
-    (lambda folder, seen: write(folder, np.where(np.arange(FRAMES)[:, None, None] > 15, 0, seen)), "not seen for 1.1 s"),
-])
+@pytest.mark.parametrize(
+    "spoil, message",
+    [
+        (lambda folder, seen: write(folder, seen[:20]), "holds 20 .json files: give one a frame"),
+        (
+            lambda folder, seen: (write(folder, seen), (folder / "a.json").write_text("{}")),
+            "holds no OpenPose key points",
+        ),
+        (lambda folder, seen: write(folder, seen[:, :20]), "has 20 points a person"),
+        (lambda folder, seen: write(folder, seen * 0), "nobody is seen"),
+        (
+            lambda folder, seen: write(folder, np.where(np.arange(25)[:, None] == BODY_25.index("LWrist"), 0, seen)),
+            "LeftHand is never seen",
+        ),
+        (
+            lambda folder, seen: write(folder, np.where(np.arange(FRAMES)[:, None, None] > 15, 0, seen)),
+            "not seen for 1.1 s",
+        ),
+    ],
+)
 def test_what_cannot_be_used_is_said_in_a_sentence(tmp_path, spoil, message):
     folder = tmp_path / "points"
     spoil(folder, detected(body(), BODY_25))

@@ -1,4 +1,5 @@
-"""The own style is what the shipped controller does, movement by movement and in between, and belongs to its weights alone."""
+"""The own style is what the shipped controller does, movement by movement and in between, and belongs to its weights
+alone."""
 
 import copy
 from functools import partial
@@ -48,7 +49,7 @@ def fresh(controller) -> dict[str | float, np.ndarray]:
     halfway = {speed: partial(going, speed, "run" if speed > 1.3 else "walk", FORWARD) for speed in HALFWAY}
     scripts = {**own_style.MOVEMENTS, **halfway}
     features = capture(controller, list(scripts.values()), SECONDS + LATER)
-    return dict(zip(scripts, features[:, -SECONDS * FPS:]))
+    return dict(zip(scripts, features[:, -SECONDS * FPS :]))
 
 
 def root_velocity(features: np.ndarray) -> np.ndarray:
@@ -85,8 +86,11 @@ def test_halfway_between_two_captured_speeds_it_is_nearly_so(bank, fresh, speed)
     assert off.max() < IN_BETWEEN, f"joint {off.argmax()}"
 
 
-CAME_FROM = {"standing": lambda _: Command(), "a run": partial(going, 3.0, "run", FORWARD),
-             "a step back": partial(going, 0.8, "walk", (0.0, -1.0))}
+CAME_FROM = {
+    "standing": lambda _: Command(),
+    "a run": partial(going, 3.0, "run", FORWARD),
+    "a step back": partial(going, 0.8, "walk", (0.0, -1.0)),
+}
 
 
 COMING_TO = "walk_0.65", "walk_1.0", "walk_1.3", "run_3.0", "back_0.65", "strafe_left_1.3"
@@ -95,17 +99,29 @@ COMING_TO = "walk_0.65", "walk_1.0", "walk_1.3", "run_3.0", "back_0.65", "strafe
 @pytest.fixture(scope="module")
 def come_to(controller) -> dict[tuple[str, str], np.ndarray]:
     """Ten seconds of features of movements after others."""
+
     def script(frame, before, after):
         return CAME_FROM[before](frame) if frame < 97 else own_style.MOVEMENTS[after](frame - 97)
 
     pairs = [(before, after) for before in CAME_FROM for after in COMING_TO]
-    features = capture(controller, [partial(script, before=before, after=after) for before, after in pairs], SECONDS + LATER)
-    return dict(zip(pairs, features[:, -SECONDS * FPS:]))
+    features = capture(
+        controller, [partial(script, before=before, after=after) for before, after in pairs], SECONDS + LATER
+    )
+    return dict(zip(pairs, features[:, -SECONDS * FPS :]))
 
 
-@pytest.mark.parametrize("before, after", [
-    pytest.param(*pair, marks=[pytest.mark.xfail(reason="the controller keeps to the way that it came in", strict=True)]
-                 if pair in KEPT else []) for pair in ((before, after) for before in CAME_FROM for after in COMING_TO)])
+@pytest.mark.parametrize(
+    "before, after",
+    [
+        pytest.param(
+            *pair,
+            marks=[pytest.mark.xfail(reason="the controller keeps to the way that it came in", strict=True)]
+            if pair in KEPT
+            else [],
+        )
+        for pair in ((before, after) for before in CAME_FROM for after in COMING_TO)
+    ],
+)
 def test_it_does_not_matter_how_a_movement_was_come_to(bank, come_to, before, after):
     """Users do not always set out from standing."""
     assert degrees_off(bank, come_to[before, after]).mean() < 2 * AT_A_MOVEMENT
@@ -114,8 +130,10 @@ def test_it_does_not_matter_how_a_movement_was_come_to(bank, come_to, before, af
 def test_every_movement_is_what_its_name_says(bank, fresh):
     gait = bank[OWN].gait
     assert gait.movements == tuple(own_style.MOVEMENTS)
-    kinds = {name: movement_of(velocity, strides=strides) for name, velocity, strides in
-             zip(gait.movements, gait.root_velocities, gait.cadences)}
+    kinds = {
+        name: movement_of(velocity, strides=strides)
+        for name, velocity, strides in zip(gait.movements, gait.root_velocities, gait.cadences)
+    }
     for name, kind in kinds.items():
         if not name.startswith(("walk_2.0", "spin", "turn")):  # a quick walk is a run by speed alone
             assert name.replace("_", " ").startswith(kind), (name, kind)
@@ -138,7 +156,11 @@ def test_a_capture_keeps_windows_with_their_stride_phase(controller, monkeypatch
     assert motion.controller == "a fingerprint" and motion.gait.movements == ("stand", "walk_1.0")
     stand, walk = motion.windows
     assert stand.shape == walk.shape and walk.shape[1:] == (WINDOW, 21, 15)
-    assert np.isnan(motion.phases[0]).all() and np.isfinite(motion.phases[1]).all() and motion.phases[1].shape == walk.shape[:2]
+    assert (
+        np.isnan(motion.phases[0]).all()
+        and np.isfinite(motion.phases[1]).all()
+        and motion.phases[1].shape == walk.shape[:2]
+    )
     rate = np.diff(motion.phases[1], axis=1) / STRIDE * FPS / (2 * np.pi)
     assert rate.mean() == pytest.approx(motion.gait.cadences[1], rel=0.1)
     again = stride_phase(capture(controller, [own_style.MOVEMENTS["walk_1.0"]])[0])
@@ -168,12 +190,16 @@ def test_the_own_style_of_another_controller_is_refused_in_one_sentence():
     with pytest.raises(ValueError) as refusal:
         check_own_style("a", "b")
     sentence = str(refusal.value)
-    assert sentence.startswith("the own style was captured from another controller") and "patchwalk styles capture" in sentence
+    assert (
+        sentence.startswith("the own style was captured from another controller")
+        and "patchwalk styles capture" in sentence
+    )
     assert "\n" not in sentence and ". " not in sentence
 
 
 def test_a_session_refuses_the_own_style_of_another_controller(monkeypatch):
     from demo import assemble
+
     monkeypatch.setattr("controller.model.checkpoint.fingerprint", lambda *_: "another")
     with pytest.raises(ValueError, match="^the own style was captured from another controller"):
         assemble.build_session()

@@ -45,8 +45,8 @@ def test_what_moves_in_its_own_time_comes_back():
     time = np.arange(600) / FPS
     angle = 0.4 * np.sin(2 * np.pi * OWN_TIME * time)
     loop = stride_residual(moving(600, HEAD, angle + 0.3))
-    wanted = (angle - angle.mean())[::STRIDE][:len(loop)]
-    np.testing.assert_allclose(loop[FADED + 3:-3, HEAD, 1], wanted[FADED + 3:-3], atol=0.06)
+    wanted = (angle - angle.mean())[::STRIDE][: len(loop)]
+    np.testing.assert_allclose(loop[FADED + 3 : -3, HEAD, 1], wanted[FADED + 3 : -3], atol=0.06)
     assert np.corrcoef(loop[FADED:, HEAD, 1], wanted[FADED:])[0, 1] > 0.99
     assert np.abs(loop[:, HEAD, [0, 2]]).max() < 0.02, "about its own axis"
     assert np.abs(loop[:, ARM]).max() < 0.02, "of its own joint"
@@ -66,7 +66,7 @@ def test_who_makes_no_strides_moves_about_the_mean():
     time = np.arange(480) / FPS
     angle = 0.4 * np.sin(2 * np.pi * time)
     loop = stride_residual(moving(480, HEAD, angle, planted_clip))
-    np.testing.assert_allclose(loop[FADED + 3:-3, HEAD, 1], angle[::STRIDE][FADED + 3:len(loop) - 3], atol=0.05)
+    np.testing.assert_allclose(loop[FADED + 3 : -3, HEAD, 1], angle[::STRIDE][FADED + 3 : len(loop) - 3], atol=0.05)
 
 
 def test_legs_and_hips_carry_the_body_and_are_left_alone():

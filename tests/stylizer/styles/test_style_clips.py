@@ -1,4 +1,5 @@
-"""A style of several clips: which of them counts at which root velocity, what a long clip shows, and the pace of its legs."""
+"""A style of several clips: which of them counts at which root velocity, what a long clip shows, and the pace of its
+legs."""
 
 from dataclasses import replace
 
@@ -27,15 +28,30 @@ from stylizer.styles.style_clips import (
 from stylizer.systems.motion_puzzle.config import KEY_POSES
 from tests.support.walker import CYCLE, SPEED, planted_clip, walking_clip
 
-VELOCITIES = {"stand": (0, 0, 0), "walk_0.6": (0, 0.6, 0), "walk_1.3": (0, 1.3, 0), "run_3.0": (0, 3.0, 0), "back": (0, -1.0, 0),
-              "strafe left": (1.0, 0, 0), "strafe right": (-1.0, 0, 0), "turn left": (0, 1.0, 1.0), "spin left": (0, 0, 1.5)}
+VELOCITIES = {
+    "stand": (0, 0, 0),
+    "walk_0.6": (0, 0.6, 0),
+    "walk_1.3": (0, 1.3, 0),
+    "run_3.0": (0, 3.0, 0),
+    "back": (0, -1.0, 0),
+    "strafe left": (1.0, 0, 0),
+    "strafe right": (-1.0, 0, 0),
+    "turn left": (0, 1.0, 1.0),
+    "spin left": (0, 0, 1.5),
+}
 
 
 def gait_of(velocities: dict[str, tuple], cadences=None) -> Gait:
     count = len(velocities)
     runs = np.array([float(name.startswith("run")) for name in velocities])
-    return Gait(tuple(velocities), np.array(list(velocities.values()), dtype=float), runs,
-                np.zeros(count) if cadences is None else np.array(cadences), no_cycles(count), None)
+    return Gait(
+        tuple(velocities),
+        np.array(list(velocities.values()), dtype=float),
+        runs,
+        np.zeros(count) if cadences is None else np.array(cadences),
+        no_cycles(count),
+        None,
+    )
 
 
 @pytest.fixture
@@ -60,8 +76,16 @@ def test_weights_are_shares(gait):
     np.testing.assert_array_equal(gait_of({"walk": (0, 1, 0)}).weights(anywhere), 1.0)
 
 
-@pytest.mark.parametrize("start, end", [((0, 0, 0), (0, 3.5, 0)), ((0, -1.3, 0), (0, 1.3, 0)), ((-1.3, 0.3, 0), (1.3, 0.3, 0)),
-                                        ((0, 1.0, -1.0), (0, 1.0, 1.0)), ((0, 0.6, 0), (1.0, 0, 1.5))])
+@pytest.mark.parametrize(
+    "start, end",
+    [
+        ((0, 0, 0), (0, 3.5, 0)),
+        ((0, -1.3, 0), (0, 1.3, 0)),
+        ((-1.3, 0.3, 0), (1.3, 0.3, 0)),
+        ((0, 1.0, -1.0), (0, 1.0, 1.0)),
+        ((0, 0.6, 0), (1.0, 0, 1.5)),
+    ],
+)
 def test_weights_are_continuous(gait, start, end):
     """However little the velocity changes, they change as little: no clip comes or goes at once."""
     steps = []
@@ -87,10 +111,14 @@ def style(count: int) -> StyleClips:
     rng = np.random.default_rng(1)
 
     def part(*shapes):
-        return PartStyle(*(torch.from_numpy(rng.normal(size=(5, count, *shape)).astype(np.float32)) for shape in shapes))
+        return PartStyle(
+            *(torch.from_numpy(rng.normal(size=(5, count, *shape)).astype(np.float32)) for shape in shapes)
+        )
 
     velocities = dict(list(VELOCITIES.items())[:count])
-    return StyleClips({KEY_POSES: part((7,), (9,), (0, 3), (0, 3)), 2: part((4,), (4,), (6, 4), (6, 5))}, gait_of(velocities))
+    return StyleClips(
+        {KEY_POSES: part((7,), (9,), (0, 3), (0, 3)), 2: part((4,), (4,), (6, 4), (6, 5))}, gait_of(velocities)
+    )
 
 
 def test_a_style_at_a_clips_velocity_is_that_clip_to_the_last_bit():
@@ -115,7 +143,9 @@ def test_in_between_it_is_the_mean_by_weights_for_one_velocity_or_many(key_poses
                 if key_poses and level != KEY_POSES:
                     assert torch.equal(one[:, 0], theirs[:, int(weights.argmax())])
                 else:
-                    assert np.allclose(one[:, 0], np.tensordot(theirs.double().numpy(), weights, axes=(1, 0)), atol=1e-5)
+                    assert np.allclose(
+                        one[:, 0], np.tensordot(theirs.double().numpy(), weights, axes=(1, 0)), atol=1e-5
+                    )
 
 
 def test_codes_are_interpolated_alike():
@@ -133,7 +163,9 @@ def test_a_style_of_one_clip_is_the_same_everywhere():
     clips = single(one, features)
     assert clips.gait.root_velocities[0] == pytest.approx((0, SPEED, 0), abs=0.02)
     for velocity in ((0, 0, 0), (0, 3.5, 0), (-1, 0, 1)):
-        assert all(torch.equal(a, b) for level in one for a, b in zip(clips.at(np.array(velocity, float))[level], one[level]))
+        assert all(
+            torch.equal(a, b) for level in one for a, b in zip(clips.at(np.array(velocity, float))[level], one[level])
+        )
     assert torch.equal(single(torch.ones(8), features).at(np.ones(3)), torch.ones(8))
 
 
@@ -216,8 +248,12 @@ def test_too_short_a_clip_is_refused():
 
 def test_what_is_known_of_a_gait():
     features = clip_features(walking_clip(300))
-    gait = Gait.of([Movement("walk", style_windows(features), features, (0.0, 5.0)),
-                    Movement("stand", style_windows(clip_features(planted_clip())), clip_features(planted_clip()), (0.0, 2.0))])
+    gait = Gait.of(
+        [
+            Movement("walk", style_windows(features), features, (0.0, 5.0)),
+            Movement("stand", style_windows(clip_features(planted_clip())), clip_features(planted_clip()), (0.0, 2.0)),
+        ]
+    )
     assert gait.cadences == pytest.approx([FPS / CYCLE, 0.0], rel=1e-2) and gait.residual is not None
     assert not gait.cycles[1].any(), "who stands has no cycle"
     again = cycle_at(gait.cycles[0], stride_phase(features))
@@ -227,8 +263,10 @@ def test_what_is_known_of_a_gait():
 # ---- pace ---------------------------------------------------------------------------------
 
 OWN_SPEEDS, OWN_CADENCES = (0.4, 0.8, 1.3, 2.0), (0.6, 0.75, 0.9, 1.1)
-OWN = gait_of({**{f"walk_{speed}": (0, speed, 0) for speed in OWN_SPEEDS}, "run_2.5": (0, 2.5, 0), "run_3.5": (0, 3.5, 0)},
-              (*OWN_CADENCES, 1.4, 1.5))
+OWN = gait_of(
+    {**{f"walk_{speed}": (0, speed, 0) for speed in OWN_SPEEDS}, "run_2.5": (0, 2.5, 0), "run_3.5": (0, 3.5, 0)},
+    (*OWN_CADENCES, 1.4, 1.5),
+)
 
 
 def walking(speed: float, cadence: float, name: str = "walk") -> Gait:
@@ -237,7 +275,8 @@ def walking(speed: float, cadence: float, name: str = "walk") -> Gait:
 
 @pytest.mark.parametrize("speed, cadence", [(0.7, 0.8), (1.3, 0.9), (1.0, 1.05), (0.5, 0.56), (1.5, 0.95)])
 def test_the_controller_goes_with_the_strides_of_the_style(speed, cadence):
-    """At the speed and playback rate that are asked for, its stride and its cadence are the style's, and so is its speed."""
+    """At the speed and playback rate that are asked for, its stride and its cadence are the style's, and so is its
+    speed."""
     asked, rate = walking(speed, cadence).pace_of("walk", OWN)
     own_cadence = np.interp(asked, OWN_SPEEDS, OWN_CADENCES)
     assert asked / own_cadence == pytest.approx(speed / cadence, rel=0.02)

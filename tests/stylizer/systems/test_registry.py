@@ -34,9 +34,13 @@ from stylizer.training.train_systems import SystemTrainer
 from tests.stylizer.runtime.test_live import turn
 from tests.support.walker import walking_clip
 
-TINY = {"unpaired": replace(unpaired.CONFIG, content=(32, 32), style=(16, 16), judge=(8, 8), code=8, taps=3, views=2, window=16),
-        "diverse": replace(diverse.CONFIG, channels=(12, 16, 16), code=8, hidden=(8, 8, 8), window=16),
-        "latent": replace(latent.CONFIG, pose=(24, 24), latent=16, width=16, content=8, code=4, window=16)}
+TINY = {
+    "unpaired": replace(
+        unpaired.CONFIG, content=(32, 32), style=(16, 16), judge=(8, 8), code=8, taps=3, views=2, window=16
+    ),
+    "diverse": replace(diverse.CONFIG, channels=(12, 16, 16), code=8, hidden=(8, 8, 8), window=16),
+    "latent": replace(latent.CONFIG, pose=(24, 24), latent=16, width=16, content=8, code=4, window=16),
+}
 LABELS = ("old 1", "proud 1")
 
 
@@ -50,7 +54,8 @@ def tiny(monkeypatch):
 
 @pytest.fixture(scope="module")
 def data():
-    """Two styles, two clips each: one walks as it is, the other leans back, bends its arms and walks with a lower step."""
+    """Two styles, two clips each: one walks as it is, the other leans back, bends its arms and walks with a lower
+    step."""
     clips, motion, start = [], [], 0
     for label, shift in (("old", 0.0), ("proud", 0.4)):
         for take in (1, 2):
@@ -108,7 +113,12 @@ def test_adain_sets_what_the_code_says_and_instance_norm_takes_it_out():
 def test_blocks_keep_their_shapes():
     joints = torch.randn(21, 2, 8, 6)
     assert ResBlock(ROOTED[1], 6, 10, 3, coarse=ROOTED[2])(joints).shape == (10, 2, 4, 10)
-    assert ResBlock(BODY, 6, 6, 3, lambda channels: AdaIN(4, channels))(joints[:1], torch.randn(2, 4)).shape == (1, 2, 8, 6)
+    assert ResBlock(BODY, 6, 6, 3, lambda channels: AdaIN(4, channels))(joints[:1], torch.randn(2, 4)).shape == (
+        1,
+        2,
+        8,
+        6,
+    )
     assert torch.equal(by_joint(whole(joints)), joints)
     head, feature = DomainHead(6, 3, 4), torch.randn(2, 6)
     both = head(feature, torch.tensor([2, 0]))
@@ -133,8 +143,11 @@ def test_one_batch_can_be_learned_by_heart(network, data):
     trainer.recipe = replace(trainer.recipe, learning_rate=3e-3)
     batch = trainer.sampler.batch(4)
     trainer.sampler.batch = lambda size: batch
-    name, stages = {"unpaired": ("content", [0.0]), "diverse": ("identity", [0.0]),
-                    "latent": ("reconstruction", [0.0, 0.5])}[network]
+    name, stages = {
+        "unpaired": ("content", [0.0]),
+        "diverse": ("identity", [0.0]),
+        "latent": ("reconstruction", [0.0, 0.5]),
+    }[network]
     for progress in stages:
         first = trainer.update(progress)
         for _ in range(80):
@@ -154,7 +167,9 @@ def test_a_resumed_run_is_the_run_that_never_stopped(network, data, tmp_path):
         for _ in range(2):
             resumed.update(progress)
         for part in ("objective", "average"):
-            for a, b in zip(getattr(whole_run, part).state_dict().values(), getattr(resumed, part).state_dict().values()):
+            for a, b in zip(
+                getattr(whole_run, part).state_dict().values(), getattr(resumed, part).state_dict().values()
+            ):
                 assert torch.equal(a, b)
 
 
@@ -162,7 +177,7 @@ def test_a_discriminator_sees_the_end_of_a_window_by_itself():
     judge = unpaired.Discriminator(replace(TINY["unpaired"], labels=LABELS))
     motion = torch.randn(1, 3, 16, 21 * 9)
     other = motion.clone()
-    other[:, :, :16 - unpaired.END] += 1.0
+    other[:, :, : 16 - unpaired.END] += 1.0
     (first, end), (first_other, end_other) = (judge.feature(each).chunk(2) for each in (motion, other))
     assert torch.equal(end, end_other) and not torch.allclose(first, first_other)
     assert judge.score(judge.feature(motion), torch.tensor([0, 1, 0])).shape == (6, 1)
@@ -172,7 +187,9 @@ def test_a_phase_changes_only_what_learns_in_it(data):
     trainer = SystemTrainer(data, "latent")
     before = {name: value.clone() for name, value in trainer.model.named_parameters()}
     trainer.update(0.9)
-    changed = {name.split(".")[0] for name, value in trainer.model.named_parameters() if not torch.equal(value, before[name])}
+    changed = {
+        name.split(".")[0] for name, value in trainer.model.named_parameters() if not torch.equal(value, before[name])
+    }
     assert changed == {"content_encoder", "style_encoder", "generator"}
 
 
@@ -194,8 +211,10 @@ def test_a_view_is_the_body_turned_and_its_depth_dropped():
     rest = torch.from_numpy(walking_clip(4).positions()).float()[None]
     torso = (unpaired.points_of(rest)[..., unpaired.POINTS.index("Neck"), :]).norm(dim=-1)
     assert torch.allclose(torso, torch.tensor(TORSO), atol=0.01), "what a video is measured by is what training saw"
-    front, side = (model.projected(motion, torch.tensor([yaw]), torch.tensor([scale]))[0, 0, hand]
-                   for yaw, scale in ((0.0, 1.0), (torch.pi / 2, 2.0)))
+    front, side = (
+        model.projected(motion, torch.tensor([yaw]), torch.tensor([scale]))[0, 0, hand]
+        for yaw, scale in ((0.0, 1.0), (torch.pi / 2, 2.0))
+    )
     assert torch.allclose(front, torch.tensor([0.5, 1.0]), atol=1e-5)  # its left is to the right of who faces it
     assert torch.allclose(side, torch.tensor([-0.4, 2.0]), atol=1e-5)
 
@@ -211,7 +230,9 @@ def test_a_completed_body_has_our_bones_and_true_velocities():
 
 def test_parts_take_what_the_answer_in_their_own_style_says():
     joints = joints_by_code([("a",), None, ("b",), ("a",), None])
-    assert set(joints[("a",)]) == set(PARTS["left_leg"] + PARTS["left_arm"]) and set(joints[("b",)]) == set(PARTS["spine"])
+    assert set(joints[("a",)]) == set(PARTS["left_leg"] + PARTS["left_arm"]) and set(joints[("b",)]) == set(
+        PARTS["spine"]
+    )
     result = together(np.zeros((2, 21, 15)), {("a",): np.ones((2, 21, 15)), ("b",): np.full((2, 21, 15), 2.0)}, joints)
     assert result[:, 1].min() == 1 and result[:, 9].max() == 2 and result[:, [5, 17]].max() == 0
 
@@ -232,8 +253,14 @@ def own_file(tmp_path_factory):
     few = [motion.gait.movements.index(name) for name in ("stand", "walk_1.3", "run_3.0")]
     gait = Gait(tuple(motion.gait.movements[i] for i in few), *(values[few] for values in motion.gait[1:-1]), None)
     path = tmp_path_factory.mktemp("own") / f"{OWN}.safetensors"
-    write(path, OWN, StyleClips({}, gait), {"controller": motion.controller, "weights": "those of another network"},
-          [motion.windows[i] for i in few], phases=np.concatenate([motion.phases[i] for i in few]))
+    write(
+        path,
+        OWN,
+        StyleClips({}, gait),
+        {"controller": motion.controller, "weights": "those of another network"},
+        [motion.windows[i] for i in few],
+        phases=np.concatenate([motion.phases[i] for i in few]),
+    )
     return path
 
 
@@ -262,7 +289,9 @@ def test_a_bank_knows_its_styles_again(bank):
     again = CodeBank(bank.name, bank.bundled, bank.user)
     assert again.names == bank.names and {"neutral", "limp"} < {*bank.names, "x"}
     assert all(torch.equal(again[name].features, bank[name].features) for name in bank.names)
-    assert again["neutral"].gait.movements == ("stand", "walk_1.3", "run_3.0") and again["limp"].gait.movements == ("walk",)
+    assert again["neutral"].gait.movements == ("stand", "walk_1.3", "run_3.0") and again["limp"].gait.movements == (
+        "walk",
+    )
     with pytest.raises(ValueError, match="comes with Patchwalk"):
         bank.remove("neutral")
     bank.remove("limp")
@@ -287,6 +316,7 @@ def test_only_labels_that_a_system_learned_are_asked_of_it_by_chance(bank):
     from types import SimpleNamespace
 
     from stylizer.evaluation.compare import Drawn
+
     known, unknown = (SimpleNamespace(style=style) for style in ("old 1", "azuma wd2"))
     assert Drawn(bank.model).targets([unknown, known]) == [known]
     assert Drawn(bank.model).targets([unknown]) == [unknown]
@@ -301,6 +331,7 @@ def test_a_user_style_added_for_one_stylizer_is_there_for_motion_puzzle(bank):
 
 def test_live_restyles_only_what_is_worn_and_repeats(bank, poses):
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
+
     poses = poses[:40]
     styled = [live_stream(WholeBodyStylizer, bank, poses, {"left_arm": ("limp", 1.0)}) for _ in range(2)]
     for first, second, neutral in zip(*styled, poses):
@@ -313,6 +344,7 @@ def test_live_restyles_only_what_is_worn_and_repeats(bank, poses):
 
 def test_a_live_window_ends_with_its_newest_sample_held(bank, poses, monkeypatch):
     from stylizer.runtime import whole_body_live
+
     seen, answers = [], whole_body_live.answers
 
     def watched(model, windows, *how, **more):
@@ -325,13 +357,14 @@ def test_a_live_window_ends_with_its_newest_sample_held(bank, poses, monkeypatch
     assert all(window.shape[1] == bank.model.config.window for window in seen)
     last = seen[-1][0]
     assert held == 8 * (bank.model.KIND == "latent")
-    assert (last[-1 - held:] == last[-1]).all() and (last[-2 - held] != last[-1]).any()
+    assert (last[-1 - held :] == last[-1]).all() and (last[-2 - held] != last[-1]).any()
 
 
 def test_each_of_a_crowd_moves_as_it_would_alone(bank, poses):
     from sim.body.pose import Pose
     from sim.motion.feature_window import RingBuffer
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
+
     poses, wears = poses[:12], ({"left_arm": ("limp", 1.0)}, {}, {"spine": ("neutral", 1.0, "limp", 0.5)})
     crowd, history, together = WholeBodyStylizer(bank).crowd(len(wears)), RingBuffer(), []
     for pose in poses:
@@ -345,6 +378,7 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, poses):
 
 def live_stream(kind, bank, poses, style):
     from sim.motion.feature_window import RingBuffer
+
     stylizer, history, styled = kind(bank), RingBuffer(), []
     for pose in poses:
         history.push(pose)
@@ -368,7 +402,9 @@ def test_offline_and_evaluation_speak_to_a_system_as_to_motion_puzzle(bank):
 
 def turn_of_clips(a, b):
     """(frames, 21) angle between the global rotations of two clips."""
-    return np.linalg.norm(rot.to_rotation_vector(rot.multiply(a.global_rotations(), rot.inverse(b.global_rotations()))), axis=-1)
+    return np.linalg.norm(
+        rot.to_rotation_vector(rot.multiply(a.global_rotations(), rot.inverse(b.global_rotations()))), axis=-1
+    )
 
 
 def test_global_motion(bank):
@@ -377,6 +413,7 @@ def test_global_motion(bank):
     if bank.model.KIND == "unpaired":
         bank._speeds["limp"] = 2 * bank.speed_of("neutral")
         from stylizer.systems.whole_body import velocity_factor
+
         pace = bank._speeds["limp"] / velocity_factor(clip_features(walk))
         assert abs(len(changed(bank, walk, walk, worn)) - 120 / np.clip(pace, 0.5, 2)) < 2
     elif bank.model.KIND == "latent":
@@ -391,6 +428,7 @@ def test_global_motion(bank):
 def test_a_stylizer_takes_over_without_a_jump(bank, poses):
     from sim.motion.feature_window import RingBuffer
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
+
     stylizer, history, styled = WholeBodyStylizer(bank), RingBuffer(), []
     worn = {"left_arm": ("limp", 1.0)}
     for frame, pose in enumerate(poses):
@@ -422,12 +460,15 @@ def test_codes_of_another_controller_are_refused_in_one_sentence(bank):
     path = bank.bundled / codes.FOLDER / f"{bank.name}.safetensors"
     header, tensors = weights.read(path)
     save_file(tensors, path, header | {"controller": "another"})
-    with pytest.raises(ValueError, match=f"{bank.name}.safetensors was computed for another controller: .*styles capture'$"):
+    with pytest.raises(
+        ValueError, match=f"{bank.name}.safetensors was computed for another controller: .*styles capture'$"
+    ):
         CodeBank(bank.name, bank.bundled, bank.user)
 
 
 def test_the_own_style_of_a_system_changes_nothing_bit_for_bit(bank, poses):
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
+
     worn = dict.fromkeys(PART_NAMES, ("neutral", 1.0))
     for styled, neutral in zip(live_stream(WholeBodyStylizer, bank, poses[:24], worn), poses):
         assert np.array_equal(styled.rotations, neutral.rotations) and np.array_equal(styled.hips, neutral.hips)

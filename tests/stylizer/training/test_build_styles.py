@@ -41,8 +41,11 @@ def styles(tmp_path_factory) -> Path:
 def rebuilt(styles, tmp_path_factory) -> tuple[Path, style_file.OwnMotion]:
     """Where they were written for a controller that moves a tenth more and is half a stride on, and its motion."""
     motion = style_file.read_own_motion(styles / f"{OWN}.safetensors")
-    motion = motion._replace(controller="another", phases=[phase + np.pi for phase in motion.phases],
-                             windows=[1.1 * window.astype(np.float32) for window in motion.windows])
+    motion = motion._replace(
+        controller="another",
+        phases=[phase + np.pi for phase in motion.phases],
+        windows=[1.1 * window.astype(np.float32) for window in motion.windows],
+    )
     out = tmp_path_factory.mktemp("out") / "styles"
     files = recapture.rebuild(motion, out, styles)
     assert sorted(files) == sorted(path for path in out.rglob("*") if path.is_file()) and len(files) == 3
@@ -63,7 +66,9 @@ def test_every_file_is_for_the_new_controller(rebuilt, tmp_path):
 def test_own_styles_are_what_the_new_motion_is_encoded_to(rebuilt, styles, tmp_path):
     out, _ = rebuilt
     before, after = (CodeBank(SYSTEM, folder, tmp_path) for folder in (styles, out))
-    own = after.model.encode_style(style_file.read_own_motion(out / f"{OWN}.safetensors").windows[3].astype(np.float32), OWN)
+    own = after.model.encode_style(
+        style_file.read_own_motion(out / f"{OWN}.safetensors").windows[3].astype(np.float32), OWN
+    )
     np.testing.assert_allclose(after[OWN].features[3], own, atol=1e-6)
     assert (after[OWN].features - before[OWN].features).abs().max() > 1e-3
     np.testing.assert_array_equal(after[STYLE].features, before[STYLE].features)
@@ -73,13 +78,17 @@ def test_own_styles_are_what_the_new_motion_is_encoded_to(rebuilt, styles, tmp_p
 def test_key_poses_follow_the_new_strides_and_the_rest_of_a_style_stays(rebuilt, styles, tmp_path):
     before, after = (Bank(bundled=folder, user=tmp_path)[STYLE] for folder in (styles, rebuilt[0]))
     for level in before.features:
-        for field, ours, theirs in zip(("scale", "bias", "keys", "values"), before.features[level], after.features[level]):
+        for field, ours, theirs in zip(
+            ("scale", "bias", "keys", "values"), before.features[level], after.features[level]
+        ):
             same = np.array_equal(ours, theirs)
             assert same != ((level, field) == (KEY_POSES, "bias")), f"{level} {field}"
     np.testing.assert_array_equal(before.gait.cycles, after.gait.cycles)
     again = recapture.refit_clips(weights.load()[0], after, style_file.read_own_motion(styles / f"{OWN}.safetensors"))
     biases = [style.features[KEY_POSES].bias for style in (before, again, after)]
-    assert (biases[1] - biases[0]).abs().mean() < 0.5 * (biases[2] - biases[0]).abs().mean(), "and come back with the first ones"
+    assert (biases[1] - biases[0]).abs().mean() < 0.5 * (biases[2] - biases[0]).abs().mean(), (
+        "and come back with the first ones"
+    )
 
 
 def test_styles_of_other_weights_are_refused_before_anything_is_written(styles, tmp_path):
@@ -120,7 +129,9 @@ def test_training_a_controller_ends_with_its_own_style(quick, tmp_path, monkeypa
     def train(data, out, resume):
         out.mkdir()
         header, tensors = weights.read(controller_weights.FOLDER / f"{controller_weights.MODEL}.safetensors")
-        save_file(tensors, out / f"{controller_weights.MODEL}.safetensors", header | {"command": "trained a moment ago"})
+        save_file(
+            tensors, out / f"{controller_weights.MODEL}.safetensors", header | {"command": "trained a moment ago"}
+        )
         return out / f"{controller_weights.MODEL}.safetensors"
 
     monkeypatch.setattr("controller.training.train.train", train)
@@ -129,7 +140,9 @@ def test_training_a_controller_ends_with_its_own_style(quick, tmp_path, monkeypa
     out = tmp_path / "run"
     assert cli.main(["train", "controller", "--data", str(tmp_path / "clips"), "--out", str(out)]) == 0
     first, last = capsys.readouterr().out.splitlines()
-    assert first == f"wrote {out / 'pfnn.safetensors'}" and f"captured the own style from the controller in {out}" in last
+    assert (
+        first == f"wrote {out / 'pfnn.safetensors'}" and f"captured the own style from the controller in {out}" in last
+    )
     trained = controller_weights.fingerprint(folder=out)
     captured = style_file.read_own_motion(out / "styles" / f"{OWN}.safetensors").controller
     assert captured == trained != controller_weights.fingerprint()

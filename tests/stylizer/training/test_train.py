@@ -1,4 +1,5 @@
-"""Training: a folder of BVH becomes weights, a resumed run is the run that never stopped, two processes learn one network."""
+"""Training: a folder of BVH becomes weights, a resumed run is the run that never stopped, two processes learn one
+network."""
 
 import json
 import os
@@ -50,7 +51,9 @@ def folder(tmp_path):
 def test_a_folder_is_packed_and_what_cannot_be_used_is_counted(folder, tmp_path):
     data = pack(folder, tmp_path / "pack")
     assert [(clip.name, clip.label, clip.frames) for clip in data.clips] == [
-        ("archive/walk_01", "archive/walk_", 90), ("archive/walk_02", "archive/walk_", 120)]
+        ("archive/walk_01", "archive/walk_", 90),
+        ("archive/walk_02", "archive/walk_", 120),
+    ]
     assert sorted(data.skipped.values()) == [1, 1] and any("shorter than" in reason for reason in data.skipped)
     assert np.allclose(data.features(data.clips[0]), clip_features(walking_clip(90).grounded()), atol=0.02)
 
@@ -101,7 +104,8 @@ def test_training_writes_weights_curve_and_the_neutral_style(folder, tmp_path, m
     assert (tmp_path / "out" / "curve.csv").read_text().startswith("step,minutes,reconstruction")
     assert (tmp_path / "out" / "curve.png").exists()
     weights.load("tiny", tmp_path / "out")
-    assert Bank("tiny", tmp_path / "out" / "styles", tmp_path / "user").names == ("neutral",)  # what the live loop needs
+    # what the live loop needs
+    assert Bank("tiny", tmp_path / "out" / "styles", tmp_path / "user").names == ("neutral",)
     training.train(folder, tmp_path / "out", minutes=0.003, resume=True, network="tiny", recipe="small")
 
 
@@ -116,8 +120,13 @@ def test_resuming_without_a_checkpoint_is_refused(folder, tmp_path):
         training.train(folder, tmp_path / "out", minutes=0.01, resume=True, network="tiny", recipe="small")
 
 
-@pytest.mark.parametrize("wrong, message", [({"network": "huge"}, "there is no network 'huge': use one of full, paper_slim"),
-                                            ({"recipe": "magic"}, "there is no recipe 'magic': use one of paper, ours")])
+@pytest.mark.parametrize(
+    "wrong, message",
+    [
+        ({"network": "huge"}, "there is no network 'huge': use one of full, paper_slim"),
+        ({"recipe": "magic"}, "there is no recipe 'magic': use one of paper, ours"),
+    ],
+)
 def test_unknown_networks_and_recipes_are_refused(folder, tmp_path, wrong, message):
     with pytest.raises(ValueError, match=message):
         training.train(folder, tmp_path / "out", **wrong)
@@ -151,8 +160,14 @@ def test_two_processes_learn_one_network_from_different_windows(folder, tmp_path
     script.write_text(TWO_PROCESSES)
     torchrun = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2"]
     root = Path(__file__).parents[3]
-    subprocess.run([*torchrun, script, tmp_path / "pack"], check=True, capture_output=True, timeout=300, cwd=root,
-                   env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(root)})
+    subprocess.run(
+        [*torchrun, script, tmp_path / "pack"],
+        check=True,
+        capture_output=True,
+        timeout=300,
+        cwd=root,
+        env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(root)},
+    )
     first, second = (torch.load(tmp_path / "pack" / f"{rank}.pt", weights_only=True) for rank in (0, 1))
     assert first["windows"] != second["windows"] and first["spent"] == second["spent"]
     assert all(torch.equal(a, b) for a, b in zip(first["weights"], second["weights"]))

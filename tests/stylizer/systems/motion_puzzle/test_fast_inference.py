@@ -19,8 +19,10 @@ def changed(model, windows, style, own):
     """What the network itself changes in the last sample."""
     with torch.inference_mode():
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
-        styled, rebuilt = (answer if answer is None else model.restore(answer)[:, 0].numpy()
-                           for answer in model(motion, style, own, last=1))
+        styled, rebuilt = (
+            answer if answer is None else model.restore(answer)[:, 0].numpy()
+            for answer in model(motion, style, own, last=1)
+        )
         return styled - (windows[:, -1] if rebuilt is None else rebuilt)
 
 
@@ -40,13 +42,27 @@ def network(name, change):
     return model, styles, rng
 
 
-@pytest.mark.parametrize("name, change", [("slim", {}), ("slim", {"way": 0}), ("no_key_poses", {}), ("paper_slim", {}),
-                                          ("full", {}), ("whole_body_adain", {}), ("no_attention", {})])
+@pytest.mark.parametrize(
+    "name, change",
+    [
+        ("slim", {}),
+        ("slim", {"way": 0}),
+        ("no_key_poses", {}),
+        ("paper_slim", {}),
+        ("full", {}),
+        ("whole_body_adain", {}),
+        ("no_attention", {}),
+    ],
+)
 def test_its_two_halves_are_the_network_up_to_rounding(name, change):
     """Of motion that goes straight on, as fast as its feet say: what the network itself was trained on."""
     model, styles, rng = network(name, change)
     for looks in ([styles[1]], [styles[1], stack_parts([styles[2]] * 5)]):
-        windows, style, own = rng.normal(size=(len(looks), 16, 21, 15)), cat_batch(looks), expand_batch(styles[0], len(looks))
+        windows, style, own = (
+            rng.normal(size=(len(looks), 16, 21, 15)),
+            cat_batch(looks),
+            expand_batch(styles[0], len(looks)),
+        )
         windows[..., ROOT] = np.array([0.0, 1.0, 0.0]) * rng.uniform(0.6, 2.0, size=(len(looks), 16, 1, 1))
         live, ways = inference_form(model), windows[:, :, 0, ROOT].mean(axis=1)
         styled, rebuilt = live.key_poses(windows[:, -1], ways, ways, style, own)
@@ -67,10 +83,18 @@ def test_the_quick_form_is_the_plain_one_up_to_rounding_whatever_way_the_body_go
     assert type(quick) is FastInference
     windows = rng.normal(size=(6, 16, 21, 15))
     style, own = cat_batch([styles[1], styles[2]] * 3), expand_batch(styles[0], 6)
-    own_ways = np.array([(0, 1.3, 0), (0, -0.8, 0), (0.9, 0.1, 0), (0, 0, 1.5), (0.02, 0.05, 0), (-0.7, 0.7, -0.5)], dtype=float)
+    own_ways = np.array(
+        [(0, 1.3, 0), (0, -0.8, 0), (0.9, 0.1, 0), (0, 0, 1.5), (0.02, 0.05, 0), (-0.7, 0.7, -0.5)], dtype=float
+    )
     ways = own_ways * np.array([[0.6], [1.0], [1.2], [1.0], [1.0], [0.8]])
-    answers = [(form.decoded(windows, style, own), *form.key_poses(windows[:, -1], ways, own_ways, style, own),
-                *form.key_poses(windows[:, -1], own_ways, own_ways, style, own)) for form in (quick, plain)]
+    answers = [
+        (
+            form.decoded(windows, style, own),
+            *form.key_poses(windows[:, -1], ways, own_ways, style, own),
+            *form.key_poses(windows[:, -1], own_ways, own_ways, style, own),
+        )
+        for form in (quick, plain)
+    ]
     for ours, theirs in zip(*answers):
         assert np.abs(ours - theirs).max() < 1e-4
     elsewhere, same = (np.abs(answers[0][1] - answers[0][3])[place].max() for place in (0, 1))

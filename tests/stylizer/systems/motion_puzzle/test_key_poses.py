@@ -18,7 +18,7 @@ from tests.support.walker import walking_clip
 
 def clip(shift=0.0, scale=1.0, start=0, samples=64):
     """A walk (21, 1, samples, 15) at 30 Hz in a style of its own: every joint displaced, and livelier."""
-    motion = torch.from_numpy(clip_features(walking_clip(240)).astype(np.float32))[start:start + 2 * samples:2]
+    motion = torch.from_numpy(clip_features(walking_clip(240)).astype(np.float32))[start : start + 2 * samples : 2]
     motion = motion.permute(1, 0, 2)[:, None].clone()
     mean = motion[..., BODY].mean(2, keepdim=True)
     displaced = torch.randn(21, 1, 1, 12, generator=torch.Generator().manual_seed(3))
@@ -45,8 +45,10 @@ def test_the_style_arrives_at_the_contents_own_moment(poses):
     content, wanted = clip(start=37, samples=16), clip(shift=0.3, scale=1.4, start=37, samples=16)
     styles = [poses.style_side(each) for each in (own, other)]
     restyled = content + put_on(poses, content, styles[1], styles[0]) - put_on(poses, content, styles[0], styles[0])
-    error, of_mean_posture = ((each - wanted)[..., BODY].abs().mean() for each in
-                      (restyled, content + other.mean(2, keepdim=True) - own.mean(2, keepdim=True)))
+    error, of_mean_posture = (
+        (each - wanted)[..., BODY].abs().mean()
+        for each in (restyled, content + other.mean(2, keepdim=True) - own.mean(2, keepdim=True))
+    )
     assert error < 2 / 3 * of_mean_posture < 2 / 3 * (content - wanted)[..., BODY].abs().mean()
 
 

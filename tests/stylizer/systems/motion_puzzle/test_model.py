@@ -48,7 +48,8 @@ def test_the_full_network_is_table_3():
     encoder = (15 * 64 + 64) + sum(stconv(*row) for row in convolutions)
     style_nets = 0
     for hops, taps, channels, finer in ((3, 5, 512, 256), (3, 5, 256, 128), (4, 7, 128, 64)):
-        adain = 5 * (channels + 1) * 2 * channels  # each part its own affine map, from the style's mean to scale and bias
+        # each part its own affine map, from the style's mean to scale and bias
+        adain = 5 * (channels + 1) * 2 * channels
         attention = 3 * (channels + 1) * channels  # m, n and l of Eq. 12, 13
         style_nets += adain + stconv(hops, taps, channels, channels) + attention + stconv(hops, taps, channels, finer)
     residual = 2 * (stconv(3, 3, 512, 512) + 5 * 513 * 1024)
@@ -69,7 +70,9 @@ def test_the_full_network_is_table_3():
 def test_the_papers_slim_network_has_no_residual_blocks_and_two_style_nets():
     model = MotionPuzzle(PAPER_SLIM)
     assert set(model.encode_style(model.normalize(motion(1, 1, 32)))) == {3, 2}
-    assert 5 * 17_250_000 > 2 * model.parameter_count() and not [n for n, _ in model.named_parameters() if "residual" in n]
+    assert 5 * 17_250_000 > 2 * model.parameter_count() and not [
+        n for n, _ in model.named_parameters() if "residual" in n
+    ]
 
 
 @pytest.mark.parametrize("config", [SMALL_FULL, *(replace(c, stem=8, channels=(8, 8, 8)) for c in CONFIGS.values())])
@@ -137,12 +140,14 @@ def test_kinematics_in_torch_are_those_of_sim():
     features = clip_features(walking_clip())[:8]
     motion = torch.from_numpy(features).permute(1, 0, 2)[:, :, None]
     positions = forward_kinematics(motion[..., 3:9], motion[:1, ..., :3])[:, :, 0].permute(1, 0, 2).numpy()
-    assert np.allclose(positions, numpy_kinematics(features[:, 0, :3], rot.from_matrix(rotations_of(features))), atol=1e-9)
+    assert np.allclose(
+        positions, numpy_kinematics(features[:, 0, :3], rot.from_matrix(rotations_of(features))), atol=1e-9
+    )
 
 
 def test_the_imitated_motion_takes_turns_from_the_match_and_the_way_from_the_content(model):
     walk = torch.from_numpy(clip_features(walking_clip()).astype(np.float32))
-    content, match = (model.normalize(walk[start:start + 32:2][None]) for start in (0, 20))
+    content, match = (model.normalize(walk[start : start + 32 : 2][None]) for start in (0, 20))
     use_target = torch.zeros(5, 1, dtype=torch.bool)
     assert torch.allclose(imitated(model, content, match, use_target), content, atol=1e-3)
     use_target[0] = True
@@ -164,8 +169,17 @@ def test_one_batch_is_learned(recipe, learned):
         return of(0.2 * (end - STRIDE * torch.arange(samples - 1, -1, -1.0))[:, None]) + shift
 
     target = wave(10, CLIP_WINDOW, torch.cos) + 0.5
-    inputs = Inputs(wave(60, STYLE_WINDOW), wave(60, CLIP_WINDOW), wave(60 + LATER, WINDOW), target, target,
-                    target[:, :, -WINDOW:], target[:, :, -WINDOW:], torch.ones(2), torch.ones(5, 2, dtype=torch.bool))
+    inputs = Inputs(
+        wave(60, STYLE_WINDOW),
+        wave(60, CLIP_WINDOW),
+        wave(60 + LATER, WINDOW),
+        target,
+        target,
+        target[:, :, -WINDOW:],
+        target[:, :, -WINDOW:],
+        torch.ones(2),
+        torch.ones(5, 2, dtype=torch.bool),
+    )
     optimizer = torch.optim.Adam(model.parameters(), 5e-3)
     history = []
     for _ in range(60):
