@@ -2,7 +2,7 @@
 
     import patchwalk as pw
     session = pw.Session(pw.load_controller(), pw.load_stylizer())
-    frame = session.step(pw.Command(move=(0, 1), gait="walk", style=pw.style({"arms": ("old", 0.8)})))
+    frame = session.step(pw.Command(move=(0, 1), gait="walk", style={"arms": ("old", 0.8)}))
     frame.styled.positions                          # (21, 3) metres, at 60 frames a second
 
 What is named here is kept: it changes only with a new minor version, and then the changelog says how. Every function
@@ -11,7 +11,7 @@ stylizer sets one thread for torch, because a frame is too little work for a sec
 cost a hundredfold."""
 
 from pathlib import Path
-from typing import Mapping, Sequence
+from typing import Mapping
 
 from controller.runtime.controller import PhaseFunctionedController
 from sim.body.pose import Pose
@@ -20,11 +20,12 @@ from sim.io import bvh
 from sim.motion.clip import Clip
 from sim.retarget.retarget import load_clip
 from sim.session import Frame, Session
-from sim.style_spec import Worn, expand_style
+from sim.style_spec import PartLike, StyleSpec
 from stylizer.runtime import catalogue
 from stylizer.runtime.live import LiveStylizer
-from stylizer.runtime.offline import looks
+from stylizer.runtime.offline import resolve_styles
 from stylizer.runtime.offline import stylize as _stylize
+from stylizer.styles.bank import StyleBank
 
 __all__ = [
     "Clip",
@@ -35,12 +36,13 @@ __all__ = [
     "PhaseFunctionedController",
     "Pose",
     "Session",
+    "StyleBank",
+    "StyleSpec",
     "add_style",
     "load_clip",
     "load_controller",
     "load_stylizer",
     "save_bvh",
-    "style",
     "stylize",
 ]
 
@@ -56,16 +58,10 @@ def load_stylizer(name: str | None = None) -> LiveStylizer:
     return catalogue.from_pretrained(name)
 
 
-def style(parts: Mapping[str, str | Sequence]) -> dict[str, Worn]:
-    """What the body parts wear, from part or group (arms, legs, upper, all) -> a style's name, or (name, strength 0 ..
-    1.5), or (name, strength, other name, share 0 .. 1)."""
-    return expand_style({part: (wanted, 1.0) if isinstance(wanted, str) else wanted for part, wanted in parts.items()})
-
-
-def stylize(content: Clip, parts: Mapping[str, str | Sequence], stylizer: LiveStylizer) -> Clip:
-    """A clip with its body parts restyled and its feet cleaned. parts: as of `style`, where a name may also be the path
-    of a BVH clip to take the style from."""
-    return _stylize(stylizer.bank.model, content, looks(stylizer.bank, style(parts)))
+def stylize(content: Clip, style: Mapping[str, PartLike], stylizer: LiveStylizer) -> Clip:
+    """A clip with its body parts restyled and its feet cleaned. style: as of `StyleSpec`, where a name may also be the
+    path of a BVH clip to take the style from."""
+    return _stylize(stylizer.bank.model, content, resolve_styles(stylizer.bank, style))
 
 
 def add_style(stylizer: LiveStylizer, name: str, *paths: str | Path) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from typing import Mapping, Sequence
 
 import numpy as np
 
-from sim.style_spec import Worn, expand_style, shown
+from sim.style_spec import PartLike, StyleSpec, shown
 
 FULL_STICK = 1.001  # the longest stick: rounding may make a full one longer than 1
 GAIT_SPEEDS = {"walk": 1.3, "run": 3.5}  # metres a second at full stick
@@ -39,7 +39,7 @@ class Command:
     move: tuple[float, float] = (0.0, 0.0)
     face: tuple[float, float] | None = None
     gait: str = "walk"
-    style: Mapping[str, Worn] = field(default_factory=dict)
+    style: StyleSpec | Mapping[str, PartLike] = field(default_factory=StyleSpec)
     pace: bool = False
 
     def __post_init__(self) -> None:
@@ -48,8 +48,7 @@ class Command:
                 raise ValueError(f"{name} is {shown(value)}, but must be two numbers (x, z)")
         check_length(self.move)
         check_gait(self.gait)
-        if self.style:
-            object.__setattr__(self, "style", expand_style(self.style))
+        object.__setattr__(self, "style", StyleSpec.of(self.style))
 
     @property
     def gaits(self) -> tuple[str, ...]:
@@ -94,6 +93,6 @@ class Commands:
         return np.array([command.heading for command in self.each])
 
     @property
-    def style(self) -> list[Mapping[str, Worn]]:
+    def style(self) -> list[StyleSpec]:
         """One for each character."""
         return [command.style for command in self.each]

@@ -2,7 +2,6 @@
 `Session.step`."""
 
 from dataclasses import dataclass
-from typing import Mapping, Protocol, Sequence
 
 import numpy as np
 
@@ -12,48 +11,7 @@ from sim.feet.foot_lock import FootLock
 from sim.latency import Latency
 from sim.motion.feature_window import RingBuffer
 from sim.motion.playback_pace import OWN_PACE, Pace, PaceFollower
-from sim.style_spec import Worn
-
-
-class Controller(Protocol):
-    """Turns the player's wish into neutral motion, one 60 Hz frame a call."""
-
-    def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
-        """The next neutral pose, at the pace that styled legs ask for."""
-
-    def restart(self) -> None:
-        """Back to before the first step: the same commands give the same poses again, bit for bit."""
-
-    def crowd(self, count: int) -> "Controller":
-        """One that moves so many characters by one step of `Commands`: its poses have a leading axis."""
-
-
-class Stylizer(Protocol):
-    """Restyles the newest frame of a half-second window."""
-
-    def step(
-        self,
-        window: np.ndarray,
-        neutral: Pose,
-        style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
-        travel: np.ndarray | float = 1.0,
-    ) -> Pose:
-        """window: features (16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.style_spec); travel:
-        how many times as fast as the window says the body really goes, carried by styled legs. Raises ValueError for a
-        style that the bank does not hold."""
-
-    def leg_strengths(self) -> np.ndarray:
-        """(..., 2) how far the left and the right leg are styled now."""
-
-    def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """What the styles of the legs ask for in each character's gait: speed and playback rate of
-        sim.motion.playback_pace.Pace, (...) each."""
-
-    def restart(self) -> None:
-        """Back to before the first step, as a Controller's."""
-
-    def crowd(self, count: int) -> "Stylizer":
-        """One for so many characters: windows and poses with a leading axis, a style for each."""
+from sim.protocols import Controller, Stylizer
 
 
 @dataclass(frozen=True)
@@ -96,7 +54,7 @@ class Session:
 
     @stylizer.setter
     def stylizer(self, stylizer: Stylizer) -> None:
-        check_own_style(getattr(stylizer, "own_of", None), getattr(self.controller, "fingerprint", None))
+        check_own_style(stylizer.own_of, self.controller.fingerprint)
         self._stylizer = stylizer
 
     def restart(self) -> None:

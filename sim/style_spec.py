@@ -1,52 +1,106 @@
-"""What the body parts wear, each a style with its strength or two styles blended, and how files write it down.
-
-A part wears `(style, strength)`, or `(style, strength, other style, share)`: share 0 is the first style, 1 the
-other."""
+"""What the player asks of styles: body part -> a style at a strength, or a blend of two, and how files write it
+down."""
 
 import json
-from typing import Mapping
+from typing import Any, Iterator, Mapping, NamedTuple, Sequence
 
-from sim.body.skeleton import expand_part
+from sim.body.skeleton import PART_NAMES, expand_part
 
-Worn = tuple[str, float] | tuple[str, float, str, float]
 MAX_STRENGTH = 1.5
 
 
-def names(worn: Worn) -> tuple[str, ...]:
-    """The one or two styles of which it is made."""
-    return worn[::2]
+class PartSpec(NamedTuple):
+    """What one body part is asked to show.
+
+    name: a style; strength: 0 (not at all) .. 1 (as captured) .. MAX_STRENGTH (exaggerated); other: a second style that
+    it is blended with, None for none; share: 0 .. 1 of the way from `name` to `other`."""
+
+    name: str
+    strength: float = 1.0
+    other: str | None = None
+    share: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The one or two styles."""
+        return (self.name,) if self.other is None else (self.name, self.other)
+
+    def to_json(self) -> list[str | float]:
+        """["old", 1.0] or ["old", 1.0, "proud", 0.4]."""
+        pair: list[str | float] = [self.name, float(self.strength)]
+        return pair if self.other is None else [*pair, self.other, float(self.share)]
 
 
-def encode(style: Mapping[str, Worn]) -> dict[str, list]:
-    """Part -> what it wears, as JSON writes it: ["old", 1.0] or ["old", 1.0, "proud", 0.4]."""
-    return {part: [value if isinstance(value, str) else float(value) for value in worn] for part, worn in style.items()}
+PartLike = PartSpec | str | Sequence[str | float]  # what StyleSpec takes for one part
 
 
-def decode(value, before: Mapping[str, Worn]) -> dict[str, Worn]:
-    """`before` changed by what a file says: only the parts that change; null returns a part to its own style.
+class StyleSpec(Mapping[str, PartSpec]):
+    """Body part -> PartSpec, for the parts that are restyled, in the order of PART_NAMES; the others keep their own
+    style. Never changed in place."""
 
-    A group such as `arms` stands for its parts. Raises ValueError for anything else."""
-    if not isinstance(value, dict):
-        raise ValueError(f'style is {shown(value)}, but must look like {{"left_arm": ["old", 1.0], "spine": null}}')
-    style = dict(before)
-    for target, wanted in value.items():
-        for part in expand_part(target):
-            style.pop(part, None)
-            if wanted is not None:
-                style[part] = _decode_one(target, wanted)
-    return style
+    def __init__(self, parts: Mapping[str, PartLike] | None = None) -> None:
+        """parts: body part or group (arms, legs, upper, all) -> a style's name, (name, strength) or (name, strength,
+        other name, share); of two that name one part the later counts.
+
+        Raises ValueError, in one sentence, for an unknown part and for what is no style, strength or share."""
+        found: dict[str, PartSpec] = {}
+        for target, wanted in (parts or {}).items():
+            spec = PartSpec(wanted) if isinstance(wanted, str) else _read_part(target, wanted)
+            found |= dict.fromkeys(expand_part(target), spec)
+        self._parts = {part: found[part] for part in PART_NAMES if part in found}
+
+    @classmethod
+    def of(cls, parts: "StyleSpec | Mapping[str, PartLike]") -> "StyleSpec":
+        """The very spec that is given, or a new one of a plain mapping (see `__init__`)."""
+        return parts if isinstance(parts, cls) else cls(parts)
+
+    def __getitem__(self, part: str) -> PartSpec:
+        return self._parts[part]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    def __eq__(self, other: object) -> bool:
+        """A plain mapping equals the spec that is made of it."""
+        if not isinstance(other, Mapping):
+            return NotImplemented
+        try:
+            return self._parts == StyleSpec.of(other)._parts
+        except ValueError:
+            return False
+
+    def __repr__(self) -> str:
+        return f"StyleSpec({self.to_json()})"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The styles of all parts, each once."""
+        return tuple(dict.fromkeys(name for spec in self._parts.values() for name in spec.names))
+
+    def to_json(self) -> dict[str, list[str | float]]:
+        """Part -> list, as recordings and presets hold it."""
+        return {part: spec.to_json() for part, spec in self._parts.items()}
+
+    def updated(self, value: object) -> "StyleSpec":
+        """This spec changed by what a file holds: only the parts or groups that it names; null returns a part to its
+        own style. Raises ValueError for anything else."""
+        if not isinstance(value, dict):
+            raise ValueError(f'style is {shown(value)}, but must look like {{"left_arm": ["old", 1.0], "spine": null}}')
+        parts = dict(self._parts)
+        for target, wanted in value.items():
+            for part in expand_part(target):
+                parts.pop(part, None)
+                if wanted is not None:
+                    parts[part] = _read_part(target, wanted)
+        return StyleSpec(parts)
 
 
-def expand_style(style: Mapping[str, Worn]) -> dict[str, Worn]:
-    """Part -> what it wears, groups such as `arms` replaced by their parts. Raises ValueError, in the sentences of
-    `decode`."""
-    result = {}
-    for target, wanted in style.items():
-        result |= dict.fromkeys(expand_part(target), _decode_one(target, wanted))
-    return result
-
-
-def _decode_one(target: str, wanted) -> Worn:
+def _read_part(target: str, wanted: Any) -> PartSpec:
+    if isinstance(wanted, PartSpec):
+        wanted = wanted[: 2 * len(wanted.names)]
     if not (
         isinstance(wanted, (list, tuple))
         and len(wanted) in (2, 4)
@@ -60,15 +114,15 @@ def _decode_one(target: str, wanted) -> Worn:
     for number, what, highest in zip(wanted[1::2], ("strength", "share"), (MAX_STRENGTH, 1), strict=False):
         if not 0 <= number <= highest:
             raise ValueError(f"the {what} of {target} is {number}, but must lie in 0 .. {highest}")
-    return tuple(value if isinstance(value, str) else float(value) for value in wanted)
+    return PartSpec(*(value if isinstance(value, str) else float(value) for value in wanted))
 
 
-def is_number(value) -> bool:
+def is_number(value: object) -> bool:
     """A finite number; JSON as Python reads it also knows NaN and Infinity."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e9
 
 
-def shown(value) -> str:
+def shown(value: object) -> str:
     """A value as JSON, cut to a length that fits in a sentence."""
     text = json.dumps(value, default=str)
     return text if len(text) <= 40 else text[:37] + "..."

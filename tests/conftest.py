@@ -15,6 +15,8 @@ from sim.session import Session
 class FakeController:
     """Glides in the rest pose as fast as the stick asks, facing where it goes; no foot is ever planted."""
 
+    fingerprint = trajectory = None
+
     def __init__(self) -> None:
         self.restart()
 
@@ -38,12 +40,12 @@ class FakeController:
 class FakeStylizer:
     """Turns every joint of a restyled part by half its strength in radians."""
 
-    styles = ("old", "proud")
+    name, styles, own_of = "slim", ("old", "proud"), None
 
     def step(self, window, neutral, style, travel=1.0) -> Pose:
         rotations = neutral.rotations.copy()
-        for part, (_, strength) in style.items():
-            turn = rot.from_axis_angle(np.array([0.0, 0.0, 1.0]), strength / 2)
+        for part, spec in style.items():
+            turn = rot.from_axis_angle(np.array([0.0, 0.0, 1.0]), spec.strength / 2)
             rotations[list(PARTS[part])] = rot.multiply(rotations[list(PARTS[part])], turn)
         return neutral.with_body(neutral.hips, rotations)
 
@@ -59,9 +61,20 @@ class FakeStylizer:
     def crowd(self, count) -> "FakeCrowd":
         return FakeCrowd([FakeStylizer() for _ in range(count)])
 
+    def resample(self) -> None:
+        raise ValueError("this stylizer samples no styles")
+
+    def attention(self, window, part) -> np.ndarray:
+        raise ValueError("this stylizer has no attention")
+
+    def transfer_state(self, other) -> None:
+        pass
+
 
 class FakeCrowd:
     """Controllers or stylizers side by side, each stepped alone."""
+
+    fingerprint = trajectory = own_of = None
 
     def __init__(self, each) -> None:
         self.each = each

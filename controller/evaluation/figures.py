@@ -12,12 +12,12 @@ from controller.evaluation.metrics import (
     depth_under,
     drift,
     joint_angles,
-    liveliness,
+    motion_amplitude,
     outside,
     spells,
 )
 from controller.evaluation.reference_clips import IDLE_SECONDS, RealClips
-from controller.evaluation.suite import Motion, Played, compared
+from controller.evaluation.suite import Motion, Playback, compared
 from sim.body.skeleton import TOE_HEIGHT, TOES
 from sim.motion.clip import FPS
 from sim.motion.metrics import foot_skate, frechet_distance, jerk, pose_and_velocity
@@ -29,7 +29,7 @@ HALVINGS = 20  # ways to cut the real clips in two that are averaged
 ANGLE_MARGIN = math.radians(10)
 FROZEN_SPEED, WALK_AT_LEAST = 0.05, 0.2  # metres a second: what is no movement, what is asking for some
 RUNAWAY_SHARE, RUNAWAY_METRES = 1.5, 0.5
-SLOWEST_ASKED = 0.4  # metres a second: under this "1.5 times as fast as asked" is no running away
+SLOWEST_DESIRED = 0.4  # metres a second: under this "1.5 times as fast as asked" is no running away
 SPELL_SECONDS = 1.0
 CENTI, MILLI = 100, 1000
 
@@ -72,10 +72,10 @@ class Figure:
         return Figure(*(short(value) for value in vars(self).values()))
 
 
-def feet(played: Mapping[str, Played], real: RealClips | None) -> dict[str, Figure]:
+def feet(played: Mapping[str, Playback], real: RealClips | None) -> dict[str, Figure]:
     """Skating, sliding contacts and the floor, over all frames of the suite that walk or run."""
-    takes = list(played.values())
-    neutral, locked = [take.neutral for take in takes], [take.locked for take in takes]
+    playbacks = list(played.values())
+    neutral, locked = [playback.neutral for playback in playbacks], [playback.locked for playback in playbacks]
     captured = real.held_out if real else []
     result = {}
     for gait, name in GAITS_MEASURED:
@@ -110,17 +110,17 @@ def _contact_speed(motion: Motion) -> np.ndarray:
     return contact_speed(motion.feet, motion.contacts) * CENTI
 
 
-def standing(take: Played, real: RealClips | None) -> dict[str, Figure]:
+def standing(playback: Playback, real: RealClips | None) -> dict[str, Figure]:
     """Twenty seconds without a wish, beside the stands of all real clips."""
-    ours, theirs = [take.locked], real.idle if real else []
-    result = {"standing_drift_cm": Figure(drift(take.locked.root.positions) * CENTI, high=1.0)}
+    ours, theirs = [playback.locked], real.idle if real else []
+    result = {"standing_drift_cm": Figure(drift(playback.locked.root.positions) * CENTI, high=1.0)}
     for unit, step in JERKS:
         captured = _pooled(theirs, _jerk_at(step))
         result[f"standing_jerk_{unit}"] = Figure(_pooled(ours, _jerk_at(step)), captured, high=captured)
 
     captured = _alive(theirs)
     result["standing_alive_mm"] = Figure(_alive(ours), captured, low=1.0 if captured is None else captured / 2)
-    result["standing_alive_20_s_mm"] = Figure(liveliness(_relative(take.locked)) * MILLI)
+    result["standing_alive_20_s_mm"] = Figure(motion_amplitude(_relative(playback.locked)) * MILLI)
     return result
 
 
@@ -129,12 +129,12 @@ def _alive(motions: Sequence[Motion]) -> float | None:
     the median, for a few of the real stands are gestures."""
     size = round(IDLE_SECONDS * FPS)
     windows = [m[start : start + size] for m in motions for start in range(0, len(m) - size + 1, size)]
-    return float(np.median([liveliness(_relative(w)) for w in windows])) * MILLI if windows else None
+    return float(np.median([motion_amplitude(_relative(w)) for w in windows])) * MILLI if windows else None
 
 
-def smoothness(played: Mapping[str, Played], real: RealClips | None) -> dict[str, Figure]:
+def smoothness(played: Mapping[str, Playback], real: RealClips | None) -> dict[str, Figure]:
     """Jerk of all frames of the suite that walk."""
-    return _walking_jerk("", [take.locked for take in played.values()], real.held_out if real else [])
+    return _walking_jerk("", [playback.locked for playback in played.values()], real.held_out if real else [])
 
 
 def likeness(real: RealClips | None, followed: Sequence[Motion]) -> dict[str, Figure]:
@@ -174,19 +174,19 @@ def between_halves(clips: Sequence[np.ndarray]) -> float:
     return float(np.mean(distances))
 
 
-def endurance(take: Played, real: RealClips | None) -> dict[str, Figure]:
+def endurance(playback: Playback, real: RealClips | None) -> dict[str, Figure]:
     """Ten minutes of random sticks: what breaks."""
-    asked = np.linalg.norm(take.asked, axis=1)
-    speed = np.linalg.norm(take.neutral.velocity, axis=1)
-    frozen = spells((speed < FROZEN_SPEED) & (asked > WALK_AT_LEAST), SPELL_SECONDS)
-    fast = spells(speed > RUNAWAY_SHARE * np.maximum(asked, SLOWEST_ASKED), SPELL_SECONDS)
+    desired = np.linalg.norm(playback.desired, axis=1)
+    speed = np.linalg.norm(playback.neutral.velocity, axis=1)
+    frozen = spells((speed < FROZEN_SPEED) & (desired > WALK_AT_LEAST), SPELL_SECONDS)
+    fast = spells(speed > RUNAWAY_SHARE * np.maximum(desired, SLOWEST_DESIRED), SPELL_SECONDS)
     return {
-        "random_nan_count": Figure(int((~np.isfinite(take.locked.positions)).sum()), high=0),
+        "random_nan_count": Figure(int((~np.isfinite(playback.locked.positions)).sum()), high=0),
         "random_outside_joint_range_share": Figure(None)
         if real is None
-        else Figure(_outside_share([take.locked], real), _outside_share(real.held_out, real), high=0.001),
+        else Figure(_outside_share([playback.locked], real), _outside_share(real.held_out, real), high=0.001),
         "random_freezes_count": Figure(len(frozen), high=0),
-        "random_runaways_count": Figure(len(fast) + len(spells(take.lead > RUNAWAY_METRES, 0.0)), high=0),
+        "random_runaways_count": Figure(len(fast) + len(spells(playback.lead > RUNAWAY_METRES, 0.0)), high=0),
     }
 
 

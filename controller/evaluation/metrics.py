@@ -15,20 +15,20 @@ STILL = 0.1  # metres a second under which the root stands
 PLANTED = 0.5  # contact over which a joint is said to stand on the floor
 
 
-def speed_share(velocity: np.ndarray, asked: np.ndarray) -> float:
+def speed_share(velocity: np.ndarray, desired: np.ndarray) -> float:
     """Mean velocity along the one asked for (2,), as a share of it: 1 is as fast as asked, in the direction asked."""
-    return float(velocity.mean(axis=0) @ asked / (asked @ asked))
+    return float(velocity.mean(axis=0) @ desired / (desired @ desired))
 
 
-def direction_error(velocity: np.ndarray, asked: np.ndarray) -> float:
+def direction_error(velocity: np.ndarray, desired: np.ndarray) -> float:
     """Mean angle over the frames, in radians, between the velocity and the one asked for (2,)."""
-    return float(np.abs(rot.wrap_angle(rot.yaw_of(velocity) - rot.yaw_of(asked))).mean())
+    return float(np.abs(rot.wrap_angle(rot.yaw_of(velocity) - rot.yaw_of(desired))).mean())
 
 
-def arrival_time(velocity: np.ndarray, asked: np.ndarray) -> float:
+def arrival_time(velocity: np.ndarray, desired: np.ndarray) -> float:
     """Seconds from the first frame, at which (2,) is asked for, until the velocity along it first reaches ARRIVED of
     its mean over the last STEADY_SECONDS; infinite where it ends up not moving that way at all."""
-    along = velocity @ asked / np.linalg.norm(asked)
+    along = velocity @ desired / np.linalg.norm(desired)
     steady = along[-round(STEADY_SECONDS * FPS) :].mean()
     return float(np.argmax(along >= ARRIVED * steady) / FPS) if steady > STILL else float("inf")
 
@@ -62,7 +62,7 @@ def drift(points: np.ndarray) -> float:
     return float(np.linalg.norm(points - points[0], axis=1).max())
 
 
-def liveliness(relative: np.ndarray) -> float:
+def motion_amplitude(relative: np.ndarray) -> float:
     """Standard deviation of root-relative joint positions (frames, joints, 3), mean over the joints: metres."""
     return float(np.linalg.norm(relative.std(axis=0), axis=-1).mean())
 

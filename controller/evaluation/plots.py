@@ -7,9 +7,9 @@ import matplotlib
 import numpy as np
 
 from controller.evaluation.metrics import PLANTED
-from controller.evaluation.suite import Played
+from controller.evaluation.suite import Playback
 from sim.body.skeleton import TOE_HEIGHT
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.motion.clip import FPS
 
 matplotlib.use("Agg")
@@ -17,7 +17,7 @@ from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backe
 
 from controller.evaluation.pose_strips import draw_strips  # noqa: E402
 
-ASKED, WALKED, FACING = "#9aa5b1", "#0b6e99", "#c8553d"
+DESIRED, WALKED, FACING = "#9aa5b1", "#0b6e99", "#c8553d"
 SIDES = {"left": ("#0b6e99", 1), "right": ("#c8553d", 3)}  # colour, and the toe's column among the contact joints
 STYLE = {
     "font.size": 9,
@@ -34,7 +34,7 @@ COLUMNS = 6
 STRIDES = {"walk 1.3 m/s": (2.0, 5.0), "run 3.5 m/s": (2.0, 4.0)}  # which seconds of which takes the feet are shown
 
 
-def save_plots(folder: Path, played: Mapping[str, Played], data: Path | None = None) -> list[Path]:
+def save_plots(folder: Path, played: Mapping[str, Playback], data: Path | None = None) -> list[Path]:
     """Writes trajectory.png, speed.png, feet.png and strips.png into a folder, made if missing; the strips are drawn
     beside captured clips of the `data` folder. Raises OSError where it cannot."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -46,7 +46,7 @@ def save_plots(folder: Path, played: Mapping[str, Played], data: Path | None = N
         "strips": lambda played: draw_strips(played, data),
     }
     for name, draw in drawings.items():
-        with plt.rc_context(STYLE), replacing(folder / f"{name}.png") as temporary:
+        with plt.rc_context(STYLE), atomic_write(folder / f"{name}.png") as temporary:
             figure = draw(played)
             figure.savefig(temporary)
             plt.close(figure)
@@ -54,15 +54,15 @@ def save_plots(folder: Path, played: Mapping[str, Played], data: Path | None = N
     return paths
 
 
-def _trajectories(played: Mapping[str, Played]):
+def _trajectories(played: Mapping[str, Playback]):
     """From above: the way the stick alone would give, and the character's."""
     figure, panels = _grid(played, "Trajectory asked and walked, from above (metres)", height=2.3)
-    for axes, take in zip(panels, played.values()):
-        asked = np.cumsum(take.asked, axis=0) / FPS
-        root = take.neutral.root.positions
-        axes.plot(*asked.T, color=ASKED, lw=3, label="asked: the stick's velocity, at once")
+    for axes, playback in zip(panels, played.values()):
+        desired = np.cumsum(playback.desired, axis=0) / FPS
+        root = playback.neutral.root.positions
+        axes.plot(*desired.T, color=DESIRED, lw=3, label="asked: the stick's velocity, at once")
         axes.plot(root[:, 0], root[:, 2], color=WALKED, lw=1.3, label="walked")
-        facing = take.neutral.root.facing[:: FPS // 2]
+        facing = playback.neutral.root.facing[:: FPS // 2]
         axes.quiver(
             root[:: FPS // 2, 0],
             root[:: FPS // 2, 2],
@@ -83,25 +83,25 @@ def _trajectories(played: Mapping[str, Played]):
     return _with_legend(figure, panels[0])
 
 
-def _speeds(played: Mapping[str, Played]):
+def _speeds(played: Mapping[str, Playback]):
     """Root speed over time against the one asked for."""
     figure, panels = _grid(played, "Speed asked and walked (m/s over seconds)", height=1.7)
-    for axes, take in zip(panels, played.values()):
-        seconds = np.arange(len(take.asked)) / FPS
-        axes.plot(seconds, np.linalg.norm(take.asked, axis=1), color=ASKED, lw=2.5, label="asked")
-        axes.plot(seconds, np.linalg.norm(take.neutral.velocity, axis=1), color=WALKED, lw=1.2, label="walked")
-        axes.set_ylim(0, max(2.0, 1.3 * float(np.linalg.norm(take.asked, axis=1).max())))
+    for axes, playback in zip(panels, played.values()):
+        seconds = np.arange(len(playback.desired)) / FPS
+        axes.plot(seconds, np.linalg.norm(playback.desired, axis=1), color=DESIRED, lw=2.5, label="asked")
+        axes.plot(seconds, np.linalg.norm(playback.neutral.velocity, axis=1), color=WALKED, lw=1.2, label="walked")
+        axes.set_ylim(0, max(2.0, 1.3 * float(np.linalg.norm(playback.desired, axis=1).max())))
     return _with_legend(figure, panels[0])
 
 
-def _feet(played: Mapping[str, Played]):
+def _feet(played: Mapping[str, Playback]):
     """Toe heights before and after the foot lock, and when each toe is in contact."""
-    takes = {name: span for name, span in STRIDES.items() if name in played}
+    playbacks = {name: span for name, span in STRIDES.items() if name in played}
     figure, panels = plt.subplots(
-        2, len(takes), figsize=(12, 5.5), layout="constrained", squeeze=False, sharex="col", height_ratios=(4, 1.2)
+        2, len(playbacks), figsize=(12, 5.5), layout="constrained", squeeze=False, sharex="col", height_ratios=(4, 1.2)
     )
     figure.suptitle("Toe height and contact over time")
-    for (heights, contacts), (name, (start, stop)) in zip(panels.T, takes.items()):
+    for (heights, contacts), (name, (start, stop)) in zip(panels.T, playbacks.items()):
         frames = slice(round(start * FPS), round(stop * FPS))
         seconds = np.arange(frames.start, frames.stop) / FPS
         for row, (side, (colour, toe)) in enumerate(SIDES.items()):
@@ -115,14 +115,14 @@ def _feet(played: Mapping[str, Played]):
             contact = played[name].locked.contacts[frames, toe]
             contacts.fill_between(seconds, row, row + 0.8 * contact, color=colour, alpha=0.35, lw=0)
             contacts.fill_between(seconds, row, row + 0.8, where=contact > PLANTED, color=colour, lw=0, step="mid")
-        heights.axhline(TOE_HEIGHT * 100, color=ASKED, lw=1, label="toe joint of a flat foot")
+        heights.axhline(TOE_HEIGHT * 100, color=DESIRED, lw=1, label="toe joint of a flat foot")
         contacts.grid(visible=False)
         heights.set(title=name, ylabel="height of the toe joint (cm)")
         contacts.set(xlabel="seconds", yticks=[0.4, 1.4], yticklabels=SIDES, ylim=(0, 2), ylabel="contact")
     return _with_legend(figure, panels[0, 0])
 
 
-def _grid(played: Mapping[str, Played], title: str, height: float):
+def _grid(played: Mapping[str, Playback], title: str, height: float):
     """A figure with one titled panel a take; panels left over are taken away."""
     rows = -(-len(played) // COLUMNS)
     figure, panels = plt.subplots(

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from controller.evaluation.metrics import PLANTED
-from controller.evaluation.suite import Motion, Played
+from controller.evaluation.suite import Motion, Playback
 from controller.training.dataset import load_neutral
 from sim.body.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT
 from sim.math import rotations as rot
@@ -51,13 +51,13 @@ MOVEMENTS: dict[str, tuple[str, str, Callable[[Motion], int], float]] = {
 }
 
 
-def draw_strips(played: Mapping[str, Played], data: Path | None):
+def draw_strips(played: Mapping[str, Playback], data: Path | None):
     """A figure with a row of ours and a row of the captured clip, where `data` holds it, for every movement."""
     rows = []
-    for movement, (take, clip, moment, seconds) in MOVEMENTS.items():
-        if take not in played:
+    for movement, (name, clip, moment, seconds) in MOVEMENTS.items():
+        if name not in played:
             continue
-        rows.append((movement, _around(played[take].locked, moment, seconds)))
+        rows.append((movement, _around(played[name].locked, moment, seconds)))
         path = next(iter(sorted(data.rglob(f"{clip}.bvh"))), None) if data else None
         if path:
             rows.append((f"captured: {clip}", _around(Motion.of_clip(load_neutral(path)), moment, seconds)))

@@ -9,7 +9,7 @@ import torch
 from controller.evaluation.figures import Figure, endurance, feet, likeness, smoothness, standing
 from controller.evaluation.reference_clips import RealClips
 from controller.evaluation.steering_figures import steering
-from controller.evaluation.suite import Played, follow, play, random_sticks, suite
+from controller.evaluation.suite import Playback, follow, play, random_sticks, suite
 from controller.runtime.controller import PhaseFunctionedController
 
 
@@ -18,7 +18,7 @@ class Evaluation:
     """The figures by name and the suite as it was played, for the plots."""
 
     figures: Mapping[str, Figure]
-    played: Mapping[str, Played]
+    played: Mapping[str, Playback]
 
 
 def evaluate(data: Path | None = None, progress: Callable[[int], Callable[[], object]] | None = None) -> Evaluation:
@@ -31,11 +31,11 @@ def evaluate(data: Path | None = None, progress: Callable[[int], Callable[[], ob
     standing_still = PhaseFunctionedController.from_pretrained()
     real = None if data is None else RealClips.load(data)
     scripts = {**suite(), "random": random_sticks()}
-    ways = [follow(clip) for clip in real.held_out] if real else []
-    tick = progress(sum(map(len, [*scripts.values(), *ways]))) if progress else lambda: None
+    paths = [follow(clip) for clip in real.held_out] if real else []
+    tick = progress(sum(map(len, [*scripts.values(), *paths]))) if progress else lambda: None
     played = {name: play(script, standing_still, tick) for name, script in scripts.items()}
     random = played.pop("random")
-    followed = [play(way, standing_still, tick).locked for way in ways]
+    followed = [play(steps, standing_still, tick).locked for steps in paths]
     figures = {
         **steering(played),
         **feet(played, real),

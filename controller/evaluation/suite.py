@@ -4,7 +4,7 @@ import copy
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Callable, Mapping, Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from sim.motion.clip import FPS, Clip, RootFrame, root_frame
 from sim.motion.contacts import foot_contacts
 from sim.motion.features import features_from
 from sim.session import Session
+from sim.style_spec import StyleSpec
 
 Script = Sequence[Command]  # one a frame
 
@@ -79,8 +80,8 @@ class Motion:
     @cached_property
     def velocity(self) -> np.ndarray:
         """The root's (F, 2), x and z in metres a second, since the frame before."""
-        way = np.diff(self.root.positions[:, [0, 2]], axis=0) * FPS
-        return np.concatenate([way[:1], way])
+        steps = np.diff(self.root.positions[:, [0, 2]], axis=0) * FPS
+        return np.concatenate([steps[:1], steps])
 
     @cached_property
     def turn_rate(self) -> np.ndarray:
@@ -108,7 +109,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Played:
+class Playback:
     """A script and what came of it: the motion before and after the foot lock, the simulated body's place (F, 2)."""
 
     script: Script
@@ -117,7 +118,7 @@ class Played:
     simulated: np.ndarray
 
     @property
-    def asked(self) -> np.ndarray:
+    def desired(self) -> np.ndarray:
         """The velocity the stick asks for (F, 2)."""
         return np.array([command.desired_velocity for command in self.script])
 
@@ -130,7 +131,9 @@ class Played:
 class Unstyled:
     """In the stylizer's place: the neutral pose passes through, as it does while no style is asked for."""
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping, travel: float = 1.0) -> Pose:
+    own_of = None
+
+    def step(self, window: np.ndarray, neutral: Pose, style: StyleSpec, travel: float = 1.0) -> Pose:
         """The neutral pose itself."""
         return neutral
 
@@ -146,7 +149,7 @@ class Unstyled:
         """Nothing is remembered."""
 
 
-def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[], object] = lambda: None) -> Played:
+def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[], object] = lambda: None) -> Playback:
     """The script through a new session, from how a new controller stands; that one is left as it is. `tick` is called
     once a frame."""
     session = Session(copy.deepcopy(standing), Unstyled())
@@ -155,7 +158,7 @@ def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[],
         frames.append(session.step(command))
         simulated.append(session.controller.trajectory.simulated)
         tick()
-    return Played(
+    return Playback(
         script,
         Motion.of_poses([frame.neutral for frame in frames]),
         Motion.of_poses([frame.styled for frame in frames]),

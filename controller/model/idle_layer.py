@@ -17,7 +17,7 @@ HARMONICS = 8  # of it, so nothing quicker than 0.8 Hz
 QUIET = 0.06  # metres of deviation of the hands over which an idle is a gesture
 EASE_HALFLIFE = 0.4  # seconds, for the sway
 BEARING_HALFLIFE = 1.0  # seconds, for spine and arms to come to the captured bearing
-GONE = 1e-4  # a share this small is none
+NEGLIGIBLE = 1e-4  # a share this small is none
 ROWS = JOINT_COUNT + 1  # a rotation vector a joint, and last the hips' shift in metres; all in the root frame
 SHAPE = (1 + 2 * HARMONICS, ROWS, 3)  # the bearing, then cosine and sine amplitudes of the sway about it
 UPPER = np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine"))[1:]  # without the hips, which the legs stand under
@@ -83,7 +83,7 @@ class Idle:
         self.easing[..., 2, 0] = np.asarray(standing)[..., None]
         self.easing[..., :2, :] = EASE @ self.easing
         shares = self.easing[..., 0, :, None]  # (..., 2, 1, 1)
-        if not self.captured or shares.max() < GONE:
+        if not self.captured or shares.max() < NEGLIGIBLE:
             return rotations, np.zeros(3)
         rotations = rotations.copy()
         rotations[..., UPPER, :] = rot.slerp(rotations[..., UPPER, :], self.bearing, shares[..., 1, :, :])

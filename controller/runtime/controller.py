@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from controller.model import checkpoint as weights
+from controller.model import checkpoint
 from controller.model.idle_layer import Idle
 from controller.model.io_layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.model.network import PhaseFunctionedNetwork
@@ -40,7 +40,7 @@ class PhaseFunctionedController:
 
     def restart(self) -> None:
         """Back to standing, settled, at the start point, as when it was made."""
-        self.trajectory, self.footing, self.wrists = Trajectory(self._leading), RootCorrection(), WristLimiter()
+        self.trajectory, self.root_correction, self.wrists = Trajectory(self._leading), RootCorrection(), WristLimiter()
         self.playback = Playback(self._leading)
         self.phase, self.body, self.idle = copy.deepcopy(self._start)
 
@@ -56,9 +56,9 @@ class PhaseFunctionedController:
         return many
 
     @classmethod
-    def from_pretrained(cls, name: str = weights.MODEL) -> "PhaseFunctionedController":
+    def from_pretrained(cls, name: str = checkpoint.MODEL) -> "PhaseFunctionedController":
         """The shipped controller. Raises ValueError where its weights are missing or do not fit."""
-        return cls(weights.load(name), weights.fingerprint(name))
+        return cls(checkpoint.load(name), checkpoint.fingerprint(name))
 
     def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
         """The next neutral pose, or a crowd's, at the pace of styled legs.
@@ -69,7 +69,7 @@ class PhaseFunctionedController:
             if np.all(moving):
                 self.playback.push(self._advance(command, pace), moving)
                 continue
-            parts = "trajectory", "footing", "wrists", "idle"
+            parts = "trajectory", "root_correction", "wrists", "idle"
             before = {name: copy.deepcopy(getattr(self, name)) for name in parts}
             phase, body = self.phase, self.body
             pose = self._advance(command, pace)
@@ -82,16 +82,16 @@ class PhaseFunctionedController:
     def _advance(self, command: Command | Commands, pace: Pace) -> Pose:
         """The pose of the network's next frame: wish, network, then root and phase follow the answer; the whole
         trajectory is moved along by what styled legs carry the root farther than its own step."""
-        answer = self._ask(self.trajectory.samples(command, pace.speed))
-        root = self.footing.step(answer["root"], answer["positions"], answer["contacts"])
+        output = self._evaluate(self.trajectory.samples(command, pace.speed))
+        root = self.root_correction.step(output["root"], output["positions"], output["contacts"])
         before = self.trajectory.position
-        self.trajectory.follow(root, answer["future_positions"], answer["future_directions"])
+        self.trajectory.follow(root, output["future_positions"], output["future_directions"])
         if pace is not OWN_PACE:
             self.trajectory.translate(np.asarray(pace.stride - 1.0)[..., None] * (self.trajectory.position - before))
-        self.phase = (self.phase + np.maximum(answer["phase"][..., 0], 0.0)) % (2 * math.pi)
-        return self._pose(answer)
+        self.phase = (self.phase + np.maximum(output["phase"][..., 0], 0.0)) % (2 * math.pi)
+        return self._pose(output)
 
-    def _ask(self, samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def _evaluate(self, samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """The network's answer by name, from the trajectory's samples and the body of the last frame."""
         x = np.empty((*self._leading, INPUT_SIZE), np.float32)
         for name, values in samples.items():
@@ -100,21 +100,21 @@ class PhaseFunctionedController:
         y = self.network(x, self.phase)
         self.body = y[..., :POSE_SIZE]
         y = y.astype(float)
-        answer = {name: y[..., where].reshape(*self._leading, *OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
-        answer["contacts"] = 1 / (1 + np.exp(-answer["contacts"]))
-        return answer
+        output = {name: y[..., where].reshape(*self._leading, *OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
+        output["contacts"] = 1 / (1 + np.exp(-output["contacts"]))
+        return output
 
-    def _pose(self, answer: dict[str, np.ndarray]) -> Pose:
+    def _pose(self, output: dict[str, np.ndarray]) -> Pose:
         """The answer, given in the root frame, with the idle laid on it and placed in the world."""
-        rotations, shift = self.idle.step(self.trajectory.standing, rot.from_6d(answer["rotations"]))
+        rotations, shift = self.idle.step(self.trajectory.standing, rot.from_6d(output["rotations"]))
         root = np.zeros((*self._leading, 3))
         root[..., ::2] = self.trajectory.position
         to_world = rot.from_yaw(self.trajectory.facing)
         return Pose(
             root_position=root,
             root_facing=rot.wrap_angle(self.trajectory.facing),
-            hips=root + rot.rotate(to_world, answer["positions"][..., 0, :] + shift),
+            hips=root + rot.rotate(to_world, output["positions"][..., 0, :] + shift),
             rotations=rot.multiply(to_world[..., None, :], self.wrists.step(rotations)),
-            contacts=answer["contacts"],
+            contacts=output["contacts"],
             phase=self.phase,
         )

@@ -14,8 +14,8 @@ from sim.motion.clip import FPS
 DT = 1 / FPS
 VELOCITY_HALFLIFE, STOP_HALFLIFE = 0.14, 0.12  # seconds, while the stick asks for movement and when it is let go
 FACING_HALFLIFE = 0.16  # seconds
-LEASH = 0.15  # metres that the simulated body may be ahead of the character
-FACING_LEASH = np.pi / 2
+MAX_LEAD = 0.15  # metres that the simulated body may be ahead of the character
+MAX_FACING_LEAD = np.pi / 2
 CREEP = (0.1, 0.35)  # metres a second of the network's step under which a standing root stays, over which it goes
 STANDING_HALFLIFE = 0.2  # seconds in which a standing character's simulated body gives up half of its lead
 # tau of the blend 1 - (1 - u)^tau, u seconds ahead, from the network's own future to the wish (Holden et al. 2017)
@@ -23,7 +23,7 @@ POSITION_BIAS, FACING_BIAS = 2.0, 3.0
 _PAST = -OFFSETS[0]  # frames of history
 _AHEAD = np.array(FUTURE) * DT  # seconds
 _NOW_AND_AHEAD = np.append(0.0, _AHEAD)
-_TOWARD_WISH = 1 - (1 - _AHEAD[:, None]) ** np.array([POSITION_BIAS, POSITION_BIAS, FACING_BIAS])
+_TOWARD_DESIRED = 1 - (1 - _AHEAD[:, None]) ** np.array([POSITION_BIAS, POSITION_BIAS, FACING_BIAS])
 _PLACE, _FACING, _GAIT = slice(0, 2), 2, slice(3, 3 + len(GAITS))  # columns of a root's row: x, z, yaw, gait weights
 _ROOT = slice(0, 3)
 _PRESENT, _FUTURE = slice(0, -len(FUTURE)), slice(-len(FUTURE), None)  # of the samples: up to now, and to come
@@ -61,7 +61,7 @@ class Trajectory:
         self.past[..., _GAIT] = label_gait(np.zeros(2), np.zeros(()))
         # x, z, yaw at the samples to come: what the network expects, and the last wish, what the stick asks by springs
         # alone.
-        self.expected, self.wished = np.zeros((2, *crowd, len(FUTURE), 3))
+        self.predicted, self.desired = np.zeros((2, *crowd, len(FUTURE), 3))
         self.simulated = np.zeros((*crowd, 2))
         self._moving = np.zeros((*crowd, 3, 2))  # of the simulated body: velocity, acceleration, wanted velocity
         self._turning = np.zeros((*crowd, 3))  # the same of its turning: facing, turn rate, wanted facing
@@ -87,8 +87,8 @@ class Trajectory:
         what the desired velocity is multiplied by."""
         rows = np.empty((*self.position.shape[:-1], len(OFFSETS), _GAIT.stop))
         rows[..., _PRESENT, :] = self.past[..., ::SAMPLE_STEP, :]
-        rows[..., _FUTURE, _GAIT] = self._wish(command, speed)
-        rows[..., _FUTURE, _ROOT] = self.expected + (self.wished - self.expected) * _TOWARD_WISH
+        rows[..., _FUTURE, _GAIT] = self._move_simulated(command, speed)
+        rows[..., _FUTURE, _ROOT] = self.predicted + (self.desired - self.predicted) * _TOWARD_DESIRED
         angles = rows[..., _FACING] - self.facing[..., None]
         directions = np.empty((*angles.shape, 2))
         directions[..., 0], directions[..., 1] = np.sin(angles), np.cos(angles)
@@ -107,22 +107,22 @@ class Trajectory:
         step = step * (1 - self.gait[..., 0] * (1 - ramp(pace, *CREEP)))[..., None]
         self.position = self.position + turned(step[..., None, :2], self.facing)[..., 0, :]
         self.facing = self.facing + step[..., 2]
-        self.expected[..., _PLACE] = self.position[..., None, :] + turned(future_positions, self.facing)
-        self.expected[..., _FACING] = self.facing[..., None] + rot.yaw_of(future_directions)
+        self.predicted[..., _PLACE] = self.position[..., None, :] + turned(future_positions, self.facing)
+        self.predicted[..., _FACING] = self.facing[..., None] + rot.yaw_of(future_directions)
         self.past[..., :-1, :] = self.past[..., 1:, :]
         present = self.past[..., -1, :]
         present[..., _PLACE], present[..., _FACING], present[..., _GAIT] = self.position, self.facing, self.gait
-        self._hold_leash()
+        self._limit_lead()
 
     def translate(self, shift: np.ndarray) -> None:
         """Moves everything by (..., 2) metres: the network sees no difference."""
         self.position = self.position + shift
         self.simulated = self.simulated + shift
-        for places in (self.past, self.expected, self.wished):
+        for places in (self.past, self.predicted, self.desired):
             places[..., _PLACE] += shift[..., None, :]
 
-    def _wish(self, command: Command | Commands, speed: np.ndarray | float) -> np.ndarray:
-        """Moves the simulated body and tells its future, `wished`; its gaits there (..., 5, 3)."""
+    def _move_simulated(self, command: Command | Commands, speed: np.ndarray | float) -> np.ndarray:
+        """Moves the simulated body and tells its future, `desired`; its gaits there (..., 5, 3)."""
         self._moving[..., 2, :] = np.asarray(speed)[..., None] * command.desired_velocity
         going = self._moving[..., 2, :].any(axis=-1).astype(int)
         step = _STEP_MOVE[going] @ self._moving
@@ -132,8 +132,8 @@ class Trajectory:
         self._turning[..., 2] = self._wanted_facing(command.heading)
         self._turning[..., :2] = self._turning @ _STEP_TURN.T
         turns = self._turning @ _FUTURE_TURNS.T
-        self.wished[..., _PLACE] = self.simulated[..., None, :] + moves[..., : len(FUTURE), :]
-        self.wished[..., _FACING] = turns[..., 1 : len(_NOW_AND_AHEAD)]
+        self.desired[..., _PLACE] = self.simulated[..., None, :] + moves[..., : len(FUTURE), :]
+        self.desired[..., _FACING] = turns[..., 1 : len(_NOW_AND_AHEAD)]
         gaits = label_gait(moves[..., len(FUTURE) :, :], turns[..., len(_NOW_AND_AHEAD) :])
         self.gait = gaits[..., 0, :]
         return gaits[..., 1:, :]
@@ -141,15 +141,15 @@ class Trajectory:
     def _wanted_facing(self, heading: np.ndarray) -> np.ndarray:
         """The yaw asked for, by the way from the simulated facing that is shorter; without a wish, the present one."""
         facing = self._turning[..., 0]
-        wished = rot.length(heading)[..., 0] >= 1e-3
-        return facing + rot.wrap_angle(rot.yaw_of(heading) - facing) * wished
+        has_heading = rot.length(heading)[..., 0] >= 1e-3
+        return facing + rot.wrap_angle(rot.yaw_of(heading) - facing) * has_heading
 
-    def _hold_leash(self) -> None:
+    def _limit_lead(self) -> None:
         """The simulated body waits where the character cannot keep up with it, and comes back to it once it stands."""
         kept = 1 - self.standing * (1 - decay(STANDING_HALFLIFE, DT))
-        self.simulated = self.position + limited((self.simulated - self.position) * kept[..., None], LEASH)
+        self.simulated = self.position + limited((self.simulated - self.position) * kept[..., None], MAX_LEAD)
         turn = self._turning[..., 0] - self.facing
-        self._turning[..., 0] = self.facing + np.minimum(np.maximum(turn, -FACING_LEASH), FACING_LEASH)
+        self._turning[..., 0] = self.facing + np.minimum(np.maximum(turn, -MAX_FACING_LEAD), MAX_FACING_LEAD)
 
 
 def turned(vectors: np.ndarray, yaw: np.ndarray) -> np.ndarray:

@@ -52,7 +52,7 @@ def loops(clip: Clip) -> list[Clip]:
     found = _best_cycle(positions, label_phase(positions, foot_contacts(clip)), root)
     if found is None:
         return []
-    cycle = _closed(clip, root, *found)
+    cycle = _close(clip, root, *found)
     return [replace(clip, hips=hips, rotations=rotations) for hips, rotations in map(cycle.along, TURN_RATES)]
 
 
@@ -75,26 +75,28 @@ def _best_cycle(positions: np.ndarray, phase: np.ndarray, root: RootFrame) -> tu
 
 def _is_straight_run(root: RootFrame, a: int, b: int) -> bool:
     """Whether the root runs straight ahead from frame a to b."""
-    way = root.positions[b] - root.positions[a]
+    displacement = root.positions[b] - root.positions[a]
     return (
-        np.linalg.norm(way) * FPS / (b - a) > SPEED
-        and abs(rot.wrap_angle(rot.yaw_of(way) - root.facing[a:b].mean())) < STRAIGHT
+        np.linalg.norm(displacement) * FPS / (b - a) > SPEED
+        and abs(rot.wrap_angle(rot.yaw_of(displacement) - root.facing[a:b].mean())) < STRAIGHT
         and abs(root.facing[b] - root.facing[a]) < STRAIGHT
     )
 
 
-def _closed(clip: Clip, root: RootFrame, a: int, b: int) -> _Cycle:
+def _close(clip: Clip, root: RootFrame, a: int, b: int) -> _Cycle:
     """Frames a to b, the gap between them closed little by little along the way."""
     to_root = rot.from_yaw(-root.facing[a : b + 1])
     hips = rot.rotate(to_root, clip.hips[a : b + 1] - root.positions[a : b + 1])
     rotations = rot.multiply(to_root[:, None], clip[a : b + 1].global_rotations())
     share = np.arange(b - a) / (b - a)
-    gap = rot.to_rotation_vector(rot.multiply(rotations[0], rot.inverse(rotations[-1])))
-    way = np.diff(root.positions[a : b + 1], axis=0)
+    closing_turn = rot.to_rotation_vector(rot.multiply(rotations[0], rot.inverse(rotations[-1])))
+    displacement = np.diff(root.positions[a : b + 1], axis=0)
     swing = root.facing[a:b] - root.facing[a] - share * (root.facing[b] - root.facing[a])
     return _Cycle(
         hips=hips[:-1] + share[:, None] * (hips[0] - hips[-1]),
-        rotations=rot.multiply(rot.from_rotation_vector(share[:, None, None] * gap), rotations[:-1]),
-        steps=rot.rotate(rot.from_yaw(-rot.yaw_of(way.mean(axis=0))), way),  # in the cycle's own rhythm
+        rotations=rot.multiply(rot.from_rotation_vector(share[:, None, None] * closing_turn), rotations[:-1]),
+        steps=rot.rotate(
+            rot.from_yaw(-rot.yaw_of(displacement.mean(axis=0))), displacement
+        ),  # in the cycle's own rhythm
         swing=swing - swing.mean(),
     )

@@ -15,7 +15,7 @@ from controller.model.io_layout import FUTURE, INPUT_SIZE, INPUT_SLICES, OFFSETS
 from controller.training.cyclic_runs import loops
 from controller.training.shared_posture import share_posture
 from sim.body.skeleton import TOES
-from sim.feet.contact_correction import planted, strided
+from sim.feet.contact_correction import planted, scale_strides
 from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.clip import FPS, Clip, RootFrame, root_frame
@@ -86,11 +86,11 @@ def frames_of(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     }
     source = {
         name: value[now]
-        for name, value in {**_ways(root, OFFSETS, "trajectory"), **pose}.items()
+        for name, value in {**_trajectory_samples(root, OFFSETS, "trajectory"), **pose}.items()
         if name in INPUT_SLICES
     }
     step = rot.rotate(to_root[now], root.positions[following] - root.positions[now])
-    target = {name: value[following] for name, value in {**pose, **_ways(root, FUTURE, "future")}.items()}
+    target = {name: value[following] for name, value in {**pose, **_trajectory_samples(root, FUTURE, "future")}.items()}
     target["root"] = np.stack([step[:, 0], step[:, 2], np.diff(root.facing)], axis=-1)
     target["phase"] = np.diff(phase)[:, None]
     return (
@@ -100,7 +100,7 @@ def frames_of(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     )
 
 
-def _ways(root: RootFrame, offsets: tuple[int, ...], prefix: str) -> dict[str, np.ndarray]:
+def _trajectory_samples(root: RootFrame, offsets: tuple[int, ...], prefix: str) -> dict[str, np.ndarray]:
     """Where the root is at `offsets` from each frame, as seen from that frame, by the network's names for it:
     `prefix`_positions (F, n, 2), `prefix`_directions (F, n, 2) and `prefix`_gaits (F, n, 3)."""
     frames = len(root.facing)
@@ -182,7 +182,7 @@ def _frames(clip: Clip) -> list[tuple]:
     for kind, source in sources:
         speed = typical_speed(source)
         paced += [
-            strided(source, stride).paced(pace)
+            scale_strides(source, stride).paced(pace)
             for pace, stride in PACES[kind]
             if pace * stride <= 1 or pace * stride * speed < FASTEST[kind]
         ]

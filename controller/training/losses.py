@@ -65,7 +65,7 @@ class Skeleton(torch.nn.Module):
         return self.ancestors @ torch.cat([hips, bones], dim=1)
 
 
-def way_over_floor(y: torch.Tensor, before: torch.Tensor, now: torch.Tensor) -> torch.Tensor:
+def root_displacement(y: torch.Tensor, before: torch.Tensor, now: torch.Tensor) -> torch.Tensor:
     """How far each joint went in a frame, the root's step included: (batch, 21, 3) metres, in the earlier root frame.
 
     before, now: joint positions (batch, 21, 3), each in its own root frame; y tells the root's step between them."""

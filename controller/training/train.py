@@ -9,14 +9,14 @@ import numpy as np
 import torch
 from tqdm import tqdm
 
-from controller.model import idle_layer as idle
+from controller.model import idle_layer
 from controller.model.checkpoint import MODEL, fingerprint, load, save
 from controller.model.io_layout import GAITS, INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.model.network import PhaseFunctionedNetwork
 from controller.training.dataset import Frames, load_folder, neutral_files
-from controller.training.losses import Skeleton, losses_of, way_over_floor
+from controller.training.losses import Skeleton, losses_of, root_displacement
 from sim.body.skeleton import JOINT_COUNT
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.io.provenance import commit, credit
 
 BATCH = 2048  # frames an update, however long the rollouts
@@ -140,7 +140,7 @@ class Trainer:
             pose = y[:, :POSE_SIZE]
             phase = torch.remainder(phase + y[:, OUTPUT_SLICES["phase"]][:, 0], 2 * math.pi)
             joints, truth = self.skeleton(y), self.skeleton(target)
-            astray = way_over_floor(y, before, joints) - way_over_floor(target, truth_before, truth)
+            astray = root_displacement(y, before, joints) - root_displacement(target, truth_before, truth)
             before, truth_before = joints, truth
             for name, value in losses_of(y, target, network.output_std, joints - truth, astray).items():
                 total[name] = total.get(name, 0) + value / length
@@ -178,7 +178,7 @@ class Trainer:
             "random": self.random.bit_generator.state,
             "torch_random": torch.get_rng_state(),
         }
-        with replacing(path) as temporary:
+        with atomic_write(path) as temporary:
             torch.save(state, temporary)
 
     def restore(self, path: Path) -> None:
@@ -232,7 +232,7 @@ def set_statistics(network: PhaseFunctionedNetwork, frames: Frames) -> None:
             network.output_mean[contacts], deviation[contacts] = 0.0, 1.0
         getattr(network, f"{kind}_std").copy_(deviation.clamp(min=1e-4))
     stand = frames.inputs[:, INPUT_SLICES["trajectory_gaits"]][:, :: len(GAITS)].mean(axis=1)
-    network.idle.copy_(torch.from_numpy(idle.fit(frames.inputs, frames.targets, frames.clip)))
+    network.idle.copy_(torch.from_numpy(idle_layer.fit(frames.inputs, frames.targets, frames.clip)))
     network.standing.copy_(torch.from_numpy(frames.inputs[stand > stand.max() - 1e-3, POSE].mean(axis=0)))
 
 
@@ -242,7 +242,7 @@ def _cached(data_dir: Path, cache: Path) -> Frames:
         with np.load(cache) as file:
             return Frames(**{name: file[name] for name in file.files if name != "names"}, names=file["names"].tolist())
     frames = load_folder(data_dir)
-    with replacing(cache) as temporary:  # half a file would stop every later start
+    with atomic_write(cache) as temporary:  # half a file would stop every later start
         np.savez(temporary, **vars(frames))
     return frames
 

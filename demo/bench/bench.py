@@ -49,7 +49,7 @@ def measure(characters: int, seconds: float, started: float) -> dict:
     startup_s = time.perf_counter() - started
     script = dressed(session)
     with uncounted(latency):
-        play(session, asked(script), 1)
+        play(session, commands_of(script), 1)
         first_frame_s, first_frame_ms = time.perf_counter() - started, latency.last_ms("frame")
         crowd, commands = together(session, script, characters)
         crowd.latency = latency
@@ -69,9 +69,9 @@ def measure(characters: int, seconds: float, started: float) -> dict:
             play(crowd, commands, PERIOD)  # the caches are as a session leaves them, not as the others did
         with pauses:
             play(crowd, commands, frames * (turn + 1) // turns - frames * turn // turns)
-        for name, ask in rivals.items():
+        for name, evaluate in rivals.items():
             for _ in range(RIVALS[name]):
-                rival_times[name].append(timed(ask))
+                rival_times[name].append(timed(evaluate))
         probe.take()
         memory.append((len(latency.seconds["frame"]), memory_mb()))
     preempted = None if preempted is None else usage("ru_nivcsw") - preempted
@@ -109,7 +109,7 @@ def dressed(session: Session) -> list[Command]:
     ]
 
 
-def asked(script: list[Command], characters: int | None = None) -> Iterator[Command | Commands]:
+def commands_of(script: list[Command], characters: int | None = None) -> Iterator[Command | Commands]:
     """The script round and round, for one character or a crowd, each of whom is somewhere else in it."""
     for frame in count():
         each = [script[(frame + one * APART) % len(script)] for one in range(characters or 1)]
@@ -118,7 +118,11 @@ def asked(script: list[Command], characters: int | None = None) -> Iterator[Comm
 
 def together(session: Session, script: list[Command], characters: int) -> tuple[Session, Iterator[Command | Commands]]:
     """A session of so many characters, a lone one's being the session itself, and what they are asked."""
-    return (session, asked(script)) if characters == 1 else (session.crowd(characters), asked(script, characters))
+    return (
+        (session, commands_of(script))
+        if characters == 1
+        else (session.crowd(characters), commands_of(script, characters))
+    )
 
 
 def play(session: Session, commands: Iterator[Command | Commands], frames: int) -> None:
@@ -145,12 +149,12 @@ def rival(config) -> Callable[[], object]:
         style = model.encode_style(motion)
 
     @torch.inference_mode()
-    def ask() -> object:
+    def evaluate() -> object:
         return model(motion, style, style)
 
     for _ in range(2):
-        ask()
-    return ask
+        evaluate()
+    return evaluate
 
 
 def crowds(session: Session, script: list[Command], sizes: set[int]) -> Iterator[tuple[int, float]]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.latency import BUDGET_MS, STAGES
 
 matplotlib.use("Agg")
@@ -38,7 +38,7 @@ QUALITY = {
 def save(report: dict, path: Path, quality: list[dict] | None = None) -> None:
     """Draws a report of demo.bench.bench into a PNG; quality: the `rows` of an evaluation of the stylizer, time against
     figures."""
-    with plt.rc_context(STYLE), replacing(path) as temporary:
+    with plt.rc_context(STYLE), atomic_write(path) as temporary:
         figure = plt.figure(figsize=(10, 9 if quality else 6), layout="constrained")
         parts = figure.subfigures(2, 1, height_ratios=(2, 1)) if quality else [figure]
         top, bottom = parts[0].subplots(2, 2, width_ratios=(3, 2))

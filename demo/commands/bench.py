@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from demo import STARTED
     from demo.export import export
-    from sim.io.atomic_write import replacing
+    from sim.io.atomic_write import atomic_write
 
     export.check_outputs({kind: path for kind in ("json", "plot") if (path := getattr(args, kind))})
     quality = _rows(args.quality, args.plot) if args.quality else None
@@ -51,13 +51,13 @@ def run(args: argparse.Namespace) -> int:
     report = bench.measure(args.characters, args.seconds, STARTED)
     print_table(report)
     if args.json:
-        with replacing(args.json) as temporary:
+        with atomic_write(args.json) as temporary:
             temporary.write_text(json.dumps(report, indent=2) + "\n")
         print(f"wrote {args.json}")
     if args.plot:
-        from demo.bench import plots as bench_plots
+        from demo.bench import plots
 
-        bench_plots.save(report, args.plot, quality)
+        plots.save(report, args.plot, quality)
         print(f"wrote {args.plot}")
     return 0
 

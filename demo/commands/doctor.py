@@ -54,13 +54,13 @@ def _controller() -> str:
 
 
 def _stylizer() -> str:
-    from controller.model import checkpoint as weights
+    from controller.model import checkpoint
     from sim.session import check_own_style
     from stylizer.runtime import catalogue
 
     stylizers = {name: catalogue.from_pretrained(name) for name in catalogue.names()}
     for stylizer in stylizers.values():
-        check_own_style(stylizer.own_of, weights.fingerprint())
+        check_own_style(stylizer.own_of, checkpoint.fingerprint())
     shipped, *others = stylizers
     also = f"; also there: {', '.join(others)}" * bool(others)
     return (

@@ -153,9 +153,9 @@ def _bar(model: str, unit: str):
 
 
 def _write(path: Path, report: dict) -> None:
-    from sim.io.atomic_write import replacing
+    from sim.io.atomic_write import atomic_write
 
-    with replacing(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text(json.dumps(report, indent=2, allow_nan=False) + "\n")
     print(f"wrote {path}", flush=True)
 

@@ -12,7 +12,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from demo.state import user_bindings
-    from sim.io.atomic_write import replacing
+    from sim.io.atomic_write import atomic_write
 
     text = user_bindings.template(user_bindings.load())
     if not args.write:
@@ -22,7 +22,7 @@ def run(args: argparse.Namespace) -> int:
     if path.exists():
         raise ValueError(f"{path} is there already: change it, or remove it to begin anew")
     path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     print(f"wrote {path}")
     return 0

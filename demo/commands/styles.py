@@ -88,14 +88,14 @@ def run(args: argparse.Namespace) -> int:
 
 def _add(bank, args: argparse.Namespace) -> None:
     """Learns a style and says which seconds of which file show what."""
-    from sim.retarget import joint_names as name_maps
+    from sim.retarget import joint_names
 
     folder = next((path for path in args.clips if path.is_dir()), None)
     if folder is None:
-        taken = bank.add(args.clips, args.name, name_maps.load(args.map) if args.map else None).taken
+        taken = bank.add(args.clips, args.name, joint_names.load(args.map) if args.map else None).taken
         print(f"added {args.name}", *taken, sep="\n")
         return
-    if not hasattr(bank, "add_points"):
+    if not bank.system.reads_key_points:
         raise ValueError(f"{folder} is a folder: key points of a video are read with --stylizer unpaired")
     if len(args.clips) > 1:
         raise ValueError(f"{folder} is a folder: key points make a style by themselves, so name it alone")
@@ -123,20 +123,20 @@ def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:
     written."""
     import torch
 
-    from controller.model import checkpoint as weights
+    from controller.model import checkpoint
     from controller.runtime.controller import PhaseFunctionedController
     from stylizer.styles import own_style
     from stylizer.styles.bank import BUNDLED
-    from stylizer.training import build_styles as recapture
+    from stylizer.training import build_styles
 
     torch.set_num_threads(1)  # as in a session, whose motion it is to be
     torch.set_flush_denormal(True)
-    out, folder = out or BUNDLED, weights_folder or weights.FOLDER
+    out, folder = out or BUNDLED, weights_folder or checkpoint.FOLDER
     if out.exists() and not out.is_dir():
         raise ValueError(f"cannot write styles into {out}: it is not a folder")
-    network, fingerprint = weights.load(folder=folder), weights.fingerprint(folder=folder)
+    network, fingerprint = checkpoint.load(folder=folder), checkpoint.fingerprint(folder=folder)
     motion = own_style.capture_motion(PhaseFunctionedController(network, fingerprint), fingerprint)
-    files = recapture.rebuild(motion, out)
+    files = build_styles.rebuild(motion, out)
     return (
         f"captured the own style from the controller in {folder}: wrote {len(files)} style files into {out}, "
         "which belong with its weights"

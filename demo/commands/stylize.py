@@ -3,8 +3,10 @@
 import argparse
 import time
 from pathlib import Path
+from typing import Iterable
 
 from demo.commands.replay import STYLIZER_HELP
+from sim.style_spec import PartSpec, StyleSpec
 
 HELP = "restyle a BVH file, body part by body part"
 EXAMPLE = """patchwalk stylize walk.bvh --style arms=old:0.8 --style spine=proud -o new.bvh
@@ -57,13 +59,13 @@ def _style(text: str):
 
 def run(args: argparse.Namespace) -> int:
     from demo.export.export import check_outputs
-    from sim.retarget import joint_names as name_maps
+    from sim.retarget import joint_names
 
-    worn = _by_part(args.style)
+    style = _by_part(args.style)
     if args.output.resolve() == args.content.resolve():
         raise ValueError(f"{args.output} is the content itself: write to another file")
     check_outputs({"bvh": args.output})
-    name_map = name_maps.load(args.map) if args.map else None
+    name_map = joint_names.load(args.map) if args.map else None
 
     import torch
 
@@ -72,16 +74,16 @@ def run(args: argparse.Namespace) -> int:
     from sim.io import bvh
     from sim.retarget.retarget import load_clip
     from stylizer.runtime import catalogue
-    from stylizer.runtime.offline import looks, stylize
+    from stylizer.runtime.offline import resolve_styles, stylize
 
     start = time.perf_counter()
     content = load_clip(args.content, name_map)
     bank = catalogue.bank(args.stylizer)
-    styled = stylize(bank.model, content, looks(bank, worn))
+    styled = stylize(bank.model, content, resolve_styles(bank, style))
     if args.global_motion:
-        from stylizer.runtime.global_motion import changed
+        from stylizer.runtime.global_motion import change_global_motion
 
-        styled = changed(bank, styled, content, worn)
+        styled = change_global_motion(bank, styled, content, style)
     if args.retarget_back:
         from sim.retarget.retarget_back import retarget_back
 
@@ -94,15 +96,15 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _by_part(styles) -> dict:
-    """Part -> what it wears. Raises ValueError for a part that is given two styles."""
-    worn = {}
-    for parts, wanted in styles:
+def _by_part(styles: Iterable[tuple[tuple[str, ...], PartSpec]]) -> StyleSpec:
+    """The styles of all parts. Raises ValueError for a part that is given two styles."""
+    specs: dict[str, PartSpec] = {}
+    for parts, spec in styles:
         for part in parts:
-            if part in worn:
+            if part in specs:
                 raise ValueError(
                     f"{part} is given two styles: one for each body part, "
-                    f"or blend two as {part}={worn[part][0]}+{wanted[0]}@0.5"
+                    f"or blend two as {part}={specs[part].name}+{spec.name}@0.5"
                 )
-            worn[part] = wanted
-    return worn
+            specs[part] = spec
+    return StyleSpec(specs)

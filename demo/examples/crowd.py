@@ -9,9 +9,7 @@ def main() -> None:
     session = pw.Session(pw.load_controller(), pw.load_stylizer())
     names = session.stylizer.styles
     crowd = session.crowd(COUNT)
-    commands = pw.Commands(
-        [pw.Command(move=(0, 1), style=pw.style({"all": names[one % len(names)]})) for one in range(COUNT)]
-    )
+    commands = pw.Commands([pw.Command(move=(0, 1), style={"all": names[one % len(names)]}) for one in range(COUNT)])
     for _ in range(FRAMES):
         frame = crowd.step(commands)
     for one in range(COUNT):

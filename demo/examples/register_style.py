@@ -10,7 +10,7 @@ def main(path: str, name: str) -> None:
     print(*pw.add_style(stylizer, name, path), sep="\n")
     session = pw.Session(pw.load_controller(), stylizer)
     for _ in range(60):
-        frame = session.step(pw.Command(move=(0, 1), style=pw.style({"all": name})))
+        frame = session.step(pw.Command(move=(0, 1), style={"all": name}))
     apart = abs(frame.styled.positions - frame.neutral.positions).max()
     print(f"after a second in {name} a joint is {100 * apart:.0f} cm from the neutral walk")
 

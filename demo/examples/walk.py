@@ -7,7 +7,7 @@ SECONDS, FPS = 4, 60
 
 def main() -> None:
     session = pw.Session(pw.load_controller(), pw.load_stylizer())
-    style = pw.style({"arms": ("old", 0.8), "spine": "proud"})
+    style = pw.StyleSpec({"arms": ("old", 0.8), "spine": "proud"})
     for frame in range(SECONDS * FPS):
         walking = frame < 2 * FPS
         command = pw.Command(move=(0, 1) if walking else (-1, 0), gait="walk" if walking else "run", style=style)

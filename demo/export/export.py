@@ -8,9 +8,8 @@ from typing import Mapping, Sequence
 
 import numpy as np
 
-from sim.io import bvh
-from sim.io import poses_npz as pose_file
-from sim.io.atomic_write import replacing
+from sim.io import bvh, poses_npz
+from sim.io.atomic_write import atomic_write
 from sim.latency import Latency
 from sim.motion.clip import Clip
 from sim.session import Frame
@@ -27,7 +26,7 @@ class Result:
 
 def write_poses(path: Path, result: Result) -> None:
     """Neutral and styled motion as arrays, in the format of DESIGN.md, Sec. 4."""
-    pose_file.write(path, result.frames)
+    poses_npz.write(path, result.frames)
 
 
 def write_bvh(path: Path, result: Result) -> None:
@@ -53,7 +52,7 @@ def write_video(path: Path, result: Result) -> None:
     """The replay as seen by the demo's camera, as an MP4 or a GIF, by the file's ending."""
     from demo.export import video
 
-    with replacing(path) as temporary:
+    with atomic_write(path) as temporary:
         video.render(temporary, result.frames, result.latency)
 
 
@@ -61,7 +60,7 @@ def write_latency(path: Path, result: Result) -> None:
     """How long each stage took; written last, so that drawing the video counts as well."""
     from demo import assemble
 
-    with replacing(path) as temporary:
+    with atomic_write(path) as temporary:
         result.latency.save(temporary, startup_s=result.startup_s, **assemble.machine())
 
 

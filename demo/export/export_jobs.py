@@ -29,7 +29,7 @@ class Written:
     problems: tuple[str, ...]
 
 
-class Takes:
+class ExportJobs:
     """Keeps the frames of the last SECONDS and exports them, one export at a time."""
 
     SECONDS = 10

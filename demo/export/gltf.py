@@ -13,7 +13,7 @@ from demo.figure import body
 from demo.figure.skin import Skin, make_skin
 from sim.body.kinematics import to_local
 from sim.body.skeleton import BONE_OFFSETS, JOINTS, PARENTS, PART_OF_JOINT
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
 
@@ -29,7 +29,7 @@ JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
 
 def write(path: str | Path, clip: Clip, part_colours: np.ndarray) -> None:
     """Writes the clip as a .glb, the figure in display colours (5, 3) of the body parts. Raises OSError."""
-    with replacing(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(encode(clip, part_colours))
 
 

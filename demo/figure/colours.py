@@ -7,7 +7,7 @@ from typing import Mapping
 import numpy as np
 
 from sim.body.skeleton import PART_NAMES
-from sim.style_spec import Worn
+from sim.style_spec import PartSpec, StyleSpec
 
 OWN_STYLE = (0.545, 0.62, 0.69)  # grey-blue, of every part that keeps its own style
 TWIN = (0.74, 0.76, 0.78)  # the neutral twin
@@ -52,19 +52,19 @@ def oklch(lightness: float, chroma: float, hue: float) -> tuple[float, float, fl
     return tuple(float(channel) for channel in np.clip(linear, 0, 1) ** (1 / 2.2))
 
 
-def part_colours(style: Mapping[str, Worn]) -> np.ndarray:
+def part_colours(style: StyleSpec) -> np.ndarray:
     """(5, 3) colours of the body parts, in the order of PART_NAMES: neutral to the style's as strength grows to 1."""
     colours = np.tile(OWN_STYLE, (len(PART_NAMES), 1))
-    for part, worn in style.items():
+    for part, spec in style.items():
         row = PART_NAMES.index(part)
-        colours[row] += (worn_colour(worn) - colours[row]) * min(worn[1], 1.0)
+        colours[row] += (spec_colour(spec) - colours[row]) * min(spec.strength, 1.0)
     return colours
 
 
-def worn_colour(worn: Worn) -> np.ndarray:
+def spec_colour(spec: PartSpec) -> np.ndarray:
     """(3,) the colour of a style, or the mixture of two styles' in the shares in which they are blended."""
-    first = np.array(style_colour(worn[0]))
-    return first if len(worn) == 2 else first + (np.array(style_colour(worn[2])) - first) * worn[3]
+    first, other = (np.array(style_colour(name)) for name in (spec.names[0], spec.names[-1]))
+    return first + (other - first) * spec.share
 
 
 def brightened(colours: np.ndarray, glow: Mapping[str, float]) -> np.ndarray:

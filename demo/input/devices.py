@@ -3,7 +3,7 @@
 Gamepads are read by SDL's controller mapping, so names of buttons mean the same on all of them. They may come and go
 at any time; the one used last steers, and without one the keyboard does."""
 
-from typing import Iterable, Mapping
+from typing import Iterable
 
 import pygame
 from pygame._sdl2 import controller
@@ -12,7 +12,7 @@ from demo.input.pointer import Pointer
 from demo.state import bindings, steering
 from demo.state.bindings import DEFAULT, Bindings
 from sim.command import Command
-from sim.style_spec import Worn
+from sim.style_spec import StyleSpec
 
 FULL_AXIS = 32767.0
 TRIGGER_HELD = 0.35
@@ -77,7 +77,7 @@ class Devices:
             actions += [asked] if isinstance(asked, str) else asked or []
         return actions
 
-    def command(self, camera_yaw: float, facing: float, style: Mapping[str, Worn], seconds: float) -> Command:
+    def command(self, camera_yaw: float, facing: float, style: StyleSpec, seconds: float) -> Command:
         """What is asked for in a frame of `seconds`. camera_yaw: where the camera looks; facing: its own yaw."""
         held = set(self._held.values())
         stick = steering.stick_of_keys(held)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Callable
 
 import numpy as np
 
-from demo.live import capture as taking
+from demo.live import capture
 from demo.render.view import TWINS
 from demo.ui import diagram
 from demo.ui.canvas import ALERT
@@ -85,7 +85,7 @@ def _switch_pace(live: "Live", _: str) -> None:
     live.say("legs set the pace" if live.pace else "the stick sets the pace")
 
 
-def _wear_preset(live: "Live", slot: str) -> None:
+def _apply_preset(live: "Live", slot: str) -> None:
     number = int(slot)
     if number not in live.presets.slots:
         live.say(f"preset {slot} is empty: Ctrl + Shift + {slot} or a right click keeps here what is worn")
@@ -102,7 +102,7 @@ def _wear_preset(live: "Live", slot: str) -> None:
 def _next_preset(live: "Live", _: str) -> None:
     filled = sorted(live.presets.slots)
     if filled:
-        _wear_preset(live, str(next((slot for slot in filled if slot > live.preset), filled[0])))
+        _apply_preset(live, str(next((slot for slot in filled if slot > live.preset), filled[0])))
 
 
 def _save_preset(live: "Live", slot: str) -> None:
@@ -141,11 +141,11 @@ def _next_stylizer(live: "Live", _: str) -> None:
         live.say(str(error), ALERT)
 
 
-def _reroll(live: "Live", _: str) -> None:
+def _resample(live: "Live", _: str) -> None:
     if _kept_by_recording(live):
         return
     try:
-        live.stylizers.reroll()
+        live.stylizers.resample()
         live.say("the styles of chance are drawn anew")
     except ValueError as error:
         live.say(str(error), ALERT)
@@ -204,9 +204,9 @@ ACTIONS: dict[str, Action] = {
     "own_style": lambda live, _: live.choice.reset(),
     "reset": lambda live, _: live.choice.reset(everything=True),
     "stylizer_next": _next_stylizer,
-    "reroll": _reroll,
+    "reroll": _resample,
     "random": lambda live, _: live.choice.mix(),
-    "preset": _wear_preset,
+    "preset": _apply_preset,
     "save": _save_preset,
     "preset_next": _next_preset,
     "search": _search,
@@ -228,9 +228,9 @@ ACTIONS: dict[str, Action] = {
     "menu_other": lambda live, _: live.menu.do(live.do, live.presets.slots, other=True),
     "panels": _toggle("hidden"),
     "help": _toggle("helping"),
-    "record": lambda live, _: taking.toggle_recording(live),
-    "export": lambda live, _: taking.export(live),
-    "screenshot": lambda live, _: taking.screenshot(live),
+    "record": lambda live, _: capture.toggle_recording(live),
+    "export": lambda live, _: capture.export(live),
+    "screenshot": lambda live, _: capture.screenshot(live),
     "full_screen": lambda live, _: live.window.toggle_full_screen(),
     "resized": lambda live, _: live.resize(),
     "leave": _leave,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pygame
 
-from demo.export import export_jobs as takes
+from demo.export import export_jobs
 from demo.live.drop_import import Learned
 from demo.ui import panels
 from demo.ui.canvas import ALERT
@@ -33,7 +33,7 @@ def toggle_recording(live: "Live") -> None:
         live.files.append(path)
         live.session.restart()
         live.takes.frames.clear()
-        live.insight.forget()
+        live.debug_overlay.forget()
         live.view.camera.jump(np.zeros(3))
         live.say(f"recording into {path}")
 
@@ -52,11 +52,11 @@ def export(live: "Live") -> None:
     """Begins to write the last ten seconds as BVH, glTF and video into the current folder."""
     if live.takes.busy:
         live.say("the last export is still being written; press F9 again when it is done")
-    elif live.takes.frames and live.guard(lambda: live.takes.export(new_file(*takes.ENDINGS).with_suffix(""))):
+    elif live.takes.frames and live.guard(lambda: live.takes.export(new_file(*export_jobs.ENDINGS).with_suffix(""))):
         live.say(f"exporting the last {len(live.takes.frames) / FPS:.1f} s as BVH, glTF and video; walk on")
 
 
-def show_written(live: "Live", written: takes.Written | None) -> None:
+def show_written(live: "Live", written: export_jobs.Written | None) -> None:
     """Says what came of an export."""
     if written:
         live.files += written.files
@@ -66,9 +66,9 @@ def show_written(live: "Live", written: takes.Written | None) -> None:
             live.say(problem, ALERT)
 
 
-def wear_learned(live: "Live") -> None:
+def apply_learned(live: "Live") -> None:
     """Puts styles that were learned from dropped files on the picked part, and says what could not be learned."""
-    for result in live.dropped.finished():
+    for result in live.drop_import.finished():
         if isinstance(result, Learned):
             live.choice.learn(result.style)
             live.choice.choose(result.style)

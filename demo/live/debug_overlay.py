@@ -18,7 +18,7 @@ GHOSTS = 5  # poses of the half second that are drawn
 LOOK_FRAMES = 6  # times and attention are looked at in one of so many frames: both cost more than to draw them again
 
 
-class Insight:
+class DebugOverlay:
     """Reads a session beside its frames; what a stand-in does not have is simply not shown."""
 
     def __init__(self, session: Session) -> None:
@@ -38,10 +38,10 @@ class Insight:
 
     def paths(self) -> Paths | None:
         """The root's way; None for a controller that plans none."""
-        way = getattr(self._session.controller, "trajectory", None)
-        if way is None:
+        trajectory = self._session.controller.trajectory
+        if trajectory is None:
             return None
-        return Paths(way.past_positions[::4], way.wished[:, :2], way.expected[:, :2])
+        return Paths(trajectory.past_positions[::4], trajectory.desired[:, :2], trajectory.predicted[:, :2])
 
     def past(self) -> tuple[Pose, ...]:
         """Neutral poses of the half second that the stylizer is given, the oldest first; none is newer than now."""
@@ -51,7 +51,7 @@ class Insight:
     def panels(self, seen: set[str], choice: StyleChoice) -> list[Panel]:
         """Those that are wanted."""
         part = choice.parts[0]
-        worn = choice.style.get(part)
+        spec = choice.style.get(part)
         shown = []
         if "times" in seen:
             shown.append(self._look("times", (), lambda: panels.times(self._session.latency)))
@@ -59,7 +59,7 @@ class Insight:
             shown.append(panels.dial(self._frames[-1].neutral))
         if "attention" in seen:
             shown.append(
-                self._look("attention", (part, worn), lambda: panels.attention(self._attend(part), part, worn))
+                self._look("attention", (part, spec), lambda: panels.attention(self._attend(part), part, spec))
             )
         return shown
 
@@ -72,8 +72,7 @@ class Insight:
 
     def _attend(self, part: str) -> np.ndarray | str:
         """The part's attention map, or why there is none."""
-        look = getattr(self._session.stylizer, "attention", None)
         try:
-            return look(self._session.history.window(), part) if look else "this stylizer has no attention"
+            return self._session.stylizer.attention(self._session.history.window(), part)
         except ValueError as error:
             return str(error)

@@ -36,7 +36,7 @@ class Refused:
     reason: str
 
 
-class Dropped:
+class DropImport:
     """Takes the events of drops and gives what came of their files, in the order they were dropped."""
 
     def __init__(self, stylizer: Callable[[], object]) -> None:

@@ -10,13 +10,12 @@ from typing import Callable, Iterable, Sequence
 
 import pygame
 
-from demo.export import export_jobs as takes
+from demo.export import export_jobs
 from demo.export.vmc import Sender
 from demo.input.devices import Devices
-from demo.live import actions, overlay
-from demo.live import capture as taking
-from demo.live.debug_overlay import Insight
-from demo.live.drop_import import Dropped, shown
+from demo.live import actions, capture, overlay
+from demo.live.debug_overlay import DebugOverlay
+from demo.live.drop_import import DropImport, shown
 from demo.render.inset import Inset
 from demo.render.renderer import Renderer
 from demo.render.view import View
@@ -80,7 +79,7 @@ def run_live(
         try:
             live.run(seconds, sleep)
         finally:
-            taking.stop_recording(live)
+            capture.stop_recording(live)
     if live.takes.busy:
         print("Finishing the export.", flush=True)
         written = live.takes.finished(wait=True)
@@ -110,7 +109,7 @@ class Live:
         self.session, self.window = session, window
         self.devices, self.choice, self.view = Devices(bindings), StyleChoice(styles), View()
         self.presets, self.preset = presets or Presets(), 0
-        self.menu, self.hints, self.insight = Menu(bindings), Hints(bindings), Insight(session)
+        self.menu, self.hints, self.debug_overlay = Menu(bindings), Hints(bindings), DebugOverlay(session)
         self.seen = {"contacts"}  # of demo.live.actions.SEEN
         self.hidden = self.leaving = self.helping = False
         self.pace = True  # whether the styles of the legs set speed, stride and cadence
@@ -118,9 +117,9 @@ class Live:
         self.playing = next(self._attract, None)  # the next command of the attract mode, None once somebody took over
         self.renderer = Renderer(window.size)
         self.recorder: Recorder | None = None
-        self.takes = takes.Takes()
+        self.takes = export_jobs.ExportJobs()
         self.stylizers = Stylizers(session)
-        self.dropped = Dropped(lambda: session.stylizer)
+        self.drop_import = DropImport(lambda: session.stylizer)
         self.inset = Inset()
         self.stream = stream
         self.files: list[Path] = []
@@ -144,7 +143,7 @@ class Live:
         due_at = self.clock() + FRAME_SECONDS
         while not self.leaving and (last is None or self.frames < last):
             events = pygame.event.get()
-            for paths in self.dropped.take(events):
+            for paths in self.drop_import.take(events):
                 self.wake()
                 self.say(f"learning {shown(paths)}")
             for action in self.devices.handle(events):
@@ -168,7 +167,7 @@ class Live:
             self.frame = self.session.step(command)
         except ValueError as error:  # a style that the bank refuses
             self.say(str(error), ALERT)
-            taking.stop_recording(self)  # the controller has gone on, and the recording must not say that it has not
+            capture.stop_recording(self)  # the controller has gone on, and the recording must not say that it has not
             self.playing, self.choice.style = None, self.frame.command.style if self.frame else {}
             return
         if self.recorder and not self.guard(lambda: self.recorder.write(command)):
@@ -178,7 +177,7 @@ class Live:
         self.inset.step()
         if self.stream:
             self.stream.send(self.frame)
-        self.insight.follow(self.frame)
+        self.debug_overlay.follow(self.frame)
         self.view.camera.orbit(*self.devices.take_camera())
         self.view.follow(self.frame, FRAME_SECONDS)
 
@@ -195,8 +194,8 @@ class Live:
 
     def draw(self) -> None:
         """One picture of the newest frame."""
-        taking.show_written(self, self.takes.finished())
-        taking.wear_learned(self)
+        capture.show_written(self, self.takes.finished())
+        capture.apply_learned(self)
         now = self.clock()
         self.toasts = [toast for toast in self.toasts if toast[0] > now]
         latency = self.session.latency

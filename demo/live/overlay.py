@@ -20,8 +20,8 @@ def look(live: "Live", now: float) -> None:
     glow = max(0.0, 1 - (now - live.picked_at) / GLOW_SECONDS)
     view.glow = dict.fromkeys(live.choice.parts, glow) if glow else {}
     view.skeleton, view.contacts = "skeleton" in live.seen, "contacts" in live.seen
-    view.paths = live.insight.paths() if "trajectory" in live.seen else None
-    view.past = live.insight.past() if "onion" in live.seen else ()
+    view.paths = live.debug_overlay.paths() if "trajectory" in live.seen else None
+    view.past = live.debug_overlay.past() if "onion" in live.seen else ()
     view.panels = tuple(_panels(live))
     placed = hud.place(view.panels, live.window.size)
     live.devices.pointer.regions = [region for panel in placed for region in (Region(panel.box, ""), *panel.regions())]
@@ -46,7 +46,7 @@ def _main_panels(live: "Live") -> Iterator[hud.Panel]:
         yield panels.help_of(live.bindings)
         return
     if not live.hidden:
-        yield panels.wardrobe(live.choice, live.devices.mode == "typing", live.devices.holds("compare"))
+        yield panels.style_panel(live.choice, live.devices.mode == "typing", live.devices.holds("compare"))
         yield panels.presets(live.presets)
     yield panels.status(
         live.choice, live.figures, live.missed, live.devices.facing_held, live.recorder, brief=not live.hidden
@@ -54,7 +54,7 @@ def _main_panels(live: "Live") -> Iterator[hud.Panel]:
     if live.hints.text:
         yield panels.line(live.hints.text, "bottom")
     if not (live.menu.open and live.inset.playing):  # there is no room for all three
-        for panel in live.insight.panels(live.seen, live.choice):
+        for panel in live.debug_overlay.panels(live.seen, live.choice):
             yield panels.lifted(panel, INSET_ROOM if live.inset.playing else 0)
     if live.menu.open:
         yield panels.menu(live.menu, live.presets, lambda action: actions.is_on(live, action))

@@ -40,12 +40,12 @@ def contacts(pose: Pose) -> list[tuple]:
 
 def arrow(frame: Frame) -> list[tuple]:
     """From the character towards where the stick asks it to go; none while it is asked to stand."""
-    way = frame.command.desired_velocity * ARROW_SECONDS
-    reach = float(np.linalg.norm(way))
+    displacement = frame.command.desired_velocity * ARROW_SECONDS
+    reach = float(np.linalg.norm(displacement))
     if reach < 0.05:
         return []
-    start = frame.styled.root_position[[0, 2]] + way / reach * 0.42
-    return [(*start, *way, *WISH, 0.85, ARROW, 0.085)]
+    start = frame.styled.root_position[[0, 2]] + displacement / reach * 0.42
+    return [(*start, *displacement, *WISH, 0.85, ARROW, 0.085)]
 
 
 def skeleton(pose: Pose, colour, scale: float, shift=(0.0, 0.0, 0.0)) -> list[tuple]:
@@ -58,17 +58,17 @@ def skeleton(pose: Pose, colour, scale: float, shift=(0.0, 0.0, 0.0)) -> list[tu
     return rows + [_line(place, place, (*colour, 1.0), 3.2 * scale) for place in places]
 
 
-def paths(ways: Paths, scale: float) -> list[tuple]:
+def paths(paths_: Paths, scale: float) -> list[tuple]:
     """The way gone, asked and predicted: a line each, with a dot at every sample of the two to come."""
-    here = ways.past[-1]
-    rows = _way(ways.past, PAST, scale)
-    for way, colour, width in ((ways.predicted, PREDICTED, 1.6), (ways.asked, WISH, 1.0)):
-        rows += _way([here, *way], colour, scale * width)
-        rows += [_line(_on_floor(at), _on_floor(at), (*colour, 1.0), 4.0 * scale) for at in way]
+    here = paths_.past[-1]
+    rows = _polyline(paths_.past, PAST, scale)
+    for points, colour, width in ((paths_.predicted, PREDICTED, 1.6), (paths_.desired, WISH, 1.0)):
+        rows += _polyline([here, *points], colour, scale * width)
+        rows += [_line(_on_floor(at), _on_floor(at), (*colour, 1.0), 4.0 * scale) for at in points]
     return rows
 
 
-def _way(points, colour, scale: float) -> list[tuple]:
+def _polyline(points, colour, scale: float) -> list[tuple]:
     return [
         _line(_on_floor(a), _on_floor(b), (*colour, 0.9), 1.4 * scale) for a, b in zip(points, points[1:], strict=False)
     ]

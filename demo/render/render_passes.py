@@ -205,7 +205,7 @@ class Strips:
         GL.glDrawArraysInstanced(GL.GL_TRIANGLE_STRIP, 0, 4, len(rows))
 
 
-def ground_marks() -> Strips:
+def ground_decals() -> Strips:
     """Discs, rings and arrows lying on the ground."""
     return Strips(shaders.MARK_VERTEX, shaders.MARK_FRAGMENT, (4, 4, 2))
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from demo.figure import body, colours
-from demo.render import ground_decals as marks
+from demo.render import ground_decals
 from demo.render.camera import Camera
 from demo.render.view import View
 from demo.ui import hud
@@ -26,12 +26,15 @@ class Renderer:
     def __init__(self, size: tuple[int, int], samples: int | None = None) -> None:
         """size: (width, height) pixels. samples a pixel: by default 4 on graphics hardware, else 1."""
         # Only now: PyOpenGL picks its platform when it is imported, which must follow the window.
-        from demo.render import gl
-        from demo.render import render_passes as passes
+        from demo.render import gl, render_passes
 
-        self._gl, self._bodies, self._shadow = gl, passes.Bodies(), passes.Shadow()
-        self._scenery, self._marks, self._panels = passes.Scenery(), passes.ground_marks(), passes.Panels()
-        self._lines = passes.lines()
+        self._gl, self._bodies, self._shadow = gl, render_passes.Bodies(), render_passes.Shadow()
+        self._scenery, self._decals, self._panels = (
+            render_passes.Scenery(),
+            render_passes.ground_decals(),
+            render_passes.Panels(),
+        )
+        self._lines = render_passes.lines()
         software = gl.is_software()
         self._samples = (0 if software else HARDWARE_SAMPLES) if samples is None else samples
         self._most_pixels = SOFTWARE_PIXELS if software else float("inf")
@@ -63,7 +66,7 @@ class Renderer:
         self._gl.clear_depth()
         self._scenery.draw(*_sky(camera, size), camera.target, world_to_clip)
         self._scenery.shade(shadow, area, world_to_clip)
-        self._marks.draw(self._ground_marks(frame, view), world_to_clip=world_to_clip)
+        self._decals.draw(self._decals_of(frame, view), world_to_clip=world_to_clip)
         pixel = 2 * np.tan(camera.field_of_view / 2) / min(size)
         seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "pixel": pixel}
         self._bodies.draw(figures, to_light=TO_LIGHT, **seen)
@@ -84,14 +87,14 @@ class Renderer:
             figures.append(body.figure(frame.neutral, np.tile(colours.TWIN, (len(wanted), 1)), view.twin_shift))
         return figures
 
-    def _ground_marks(self, frame: Frame, view: View) -> np.ndarray:
-        rows = marks.shades(frame.styled)
+    def _decals_of(self, frame: Frame, view: View) -> np.ndarray:
+        rows = ground_decals.shades(frame.styled)
         if view.twin == "beside":
-            rows += marks.shades(frame.neutral, view.twin_shift)
+            rows += ground_decals.shades(frame.neutral, view.twin_shift)
         if view.contacts:
-            rows += marks.contacts(frame.styled)
+            rows += ground_decals.contacts(frame.styled)
         if view.arrow and view.paths is None:
-            rows += marks.arrow(frame)
+            rows += ground_decals.arrow(frame)
         return np.array(rows, np.float32)
 
 
@@ -117,11 +120,11 @@ def _ghosts(frame: Frame, view: View) -> list[tuple[body.Figure, float]]:
 def _lines(frame: Frame, view: View, size: tuple[int, int]) -> np.ndarray:
     rows = []
     if view.paths is not None:
-        rows += marks.paths(view.paths, hud.scale_for(size))
+        rows += ground_decals.paths(view.paths, hud.scale_for(size))
     if view.skeleton:
-        rows += marks.skeleton(frame.styled, colours.BONES, hud.scale_for(size))
+        rows += ground_decals.skeleton(frame.styled, colours.BONES, hud.scale_for(size))
         if view.twin == "beside":
-            rows += marks.skeleton(frame.neutral, colours.BONES, hud.scale_for(size), view.twin_shift)
+            rows += ground_decals.skeleton(frame.neutral, colours.BONES, hud.scale_for(size), view.twin_shift)
     return np.array(rows, np.float32)
 
 

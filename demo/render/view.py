@@ -18,7 +18,7 @@ class Paths:
     """The root's way on the floor, each (n, 2) world x, z: what was gone, what is asked, what the network expects."""
 
     past: np.ndarray
-    asked: np.ndarray
+    desired: np.ndarray
     predicted: np.ndarray
 
 

@@ -3,18 +3,16 @@ with."""
 
 import json
 from pathlib import Path
-from typing import Mapping
 
 from demo.state.bindings import SLOTS
-from sim import style_spec as worn
 from sim.body.skeleton import GROUPS, PART_NAMES
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.io.user_dirs import data_folder
-from sim.style_spec import Worn
+from sim.style_spec import StyleSpec
 
 BUNDLED = Path(__file__).parents[1] / "presets.json"
 FORMAT = "patchwalk-presets"
-Preset = tuple[str, Mapping[str, Worn]]  # name, what each part wears
+Preset = tuple[str, StyleSpec]  # name, styles of the parts
 
 
 class Presets:
@@ -25,7 +23,7 @@ class Presets:
         self.path = path or data_folder() / "presets.json"
         self.slots = _read(self.path if self.path.exists() else BUNDLED)
 
-    def save(self, slot: int, style: Mapping[str, Worn]) -> str:
+    def save(self, slot: int, style: StyleSpec) -> str:
         """Keeps `style` in a slot and on the disk; returns the name it got. Raises OSError where it cannot be
         written."""
         slots = {**self.slots, slot: (describe(style), style)}
@@ -33,18 +31,17 @@ class Presets:
             "format": FORMAT,
             "version": 1,
             "slots": {
-                str(number): {"name": name, "style": worn.encode(wears)}
-                for number, (name, wears) in sorted(slots.items())
+                str(number): {"name": name, "style": spec.to_json()} for number, (name, spec) in sorted(slots.items())
             },
         }
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(self.path) as temporary:
+        with atomic_write(self.path) as temporary:
             temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
         self.slots = slots
         return describe(style)
 
 
-def describe(style: Mapping[str, Worn]) -> str:
+def describe(style: StyleSpec) -> str:
     """A short name for what a body wears, such as `old legs, proud arms`; parts that wear the same go by their
     group."""
     if not style:
@@ -54,9 +51,9 @@ def describe(style: Mapping[str, Worn]) -> str:
     for group, parts in [(group, parts) for group, parts in reversed(GROUPS.items()) if group != "upper"] + [
         (part, (part,)) for part in PART_NAMES
     ]:
-        if all(part in left for part in parts) and len({worn.names(style[part]) for part in parts}) == 1:
+        if all(part in left for part in parts) and len({style[part].names for part in parts}) == 1:
             left = [part for part in left if part not in parts]
-            what = " and ".join(worn.names(style[parts[0]]))
+            what = " and ".join(style[parts[0]].names)
             names.append(what if group == "all" else f"{what} {group.replace('_', ' ')}")
     return ", ".join(names)
 
@@ -77,7 +74,7 @@ def _read(path: Path) -> dict[int, Preset]:
         try:
             if number not in map(str, SLOTS) or not isinstance(preset, dict) or not isinstance(preset.get("name"), str):
                 raise ValueError(f'slots are 1 .. {len(SLOTS)}, each with a "name" and a "style"')
-            slots[int(number)] = preset["name"], worn.decode(preset.get("style"), {})
+            slots[int(number)] = preset["name"], StyleSpec().updated(preset.get("style"))
         except ValueError as error:
             raise ValueError(f"{path}, slot {number}: {error}; mend the file or move it away") from None
     return slots

@@ -1,11 +1,11 @@
-"""What each body part wears, as chosen by hand: a small state that keys, mouse, gamepad and tests change alike."""
+"""The style of each body part, as chosen by hand: a small state that keys, mouse, gamepad and tests change alike."""
 
 import random
-from typing import Mapping, Sequence
+from typing import Callable, Mapping, Sequence
 
 from demo.state.bindings import PARTS_BY_NUMBER
 from sim.body.skeleton import PART_NAMES, expand_part
-from sim.style_spec import MAX_STRENGTH, Worn, names
+from sim.style_spec import MAX_STRENGTH, PartLike, PartSpec, StyleSpec
 
 STEP = 0.1
 OWN = "own style"
@@ -14,19 +14,18 @@ RANDOM_STRENGTHS = (0.7, 0.85, 1.0, 1.15)
 
 
 class StyleChoice:
-    """The picked part or group, and part -> what it wears (sim.style_spec) for the parts that do not wear their own
-    style.
+    """The picked part or group, and the style of the parts that do not keep their own.
 
     `style` is never changed in place: each change makes a new mapping, so a Command may keep the one it was given.
-    While `blending`, a style that is chosen is blended into the one that is worn, and the slider moves its share."""
+    While `blending`, a style that is chosen is blended into the part's style, and the slider moves its share."""
 
     def __init__(self, styles: Sequence[str], chance: random.Random | None = None) -> None:
         self.styles = tuple(styles)
         self.picked = "all"
-        self.style: Mapping[str, Worn] = {}
+        self.style = StyleSpec()
         self.blending = False
         self.search = ""  # only styles that hold these letters are shown, and cycled through
-        self._strength = dict.fromkeys(PART_NAMES, 1.0)  # kept for a part while it wears its own style
+        self._strength = dict.fromkeys(PART_NAMES, 1.0)  # kept for a part while it keeps its own style
         self._chance = chance or random.Random()
 
     @property
@@ -42,26 +41,29 @@ class StyleChoice:
     @property
     def name(self) -> str:
         """The style of the picked parts, or that they differ."""
-        return self._common(0)
+        return self._common(lambda spec: spec.name)
 
     @property
     def other(self) -> str:
         """The style that is blended into the picked parts', or OWN where there is none."""
-        return self._common(2)
+        return self._common(lambda spec: spec.other)
 
     @property
     def strength(self) -> float:
-        """The strength of the first picked part that wears a style, else what it would get."""
-        return next((self.style[part][1] for part in self.parts if part in self.style), self._strength[self.parts[0]])
+        """The strength of the first picked part that has a style, else what it would get."""
+        return next(
+            (self.style[part].strength for part in self.parts if part in self.style), self._strength[self.parts[0]]
+        )
 
     @property
     def share(self) -> float:
         """How far the first picked part with a blend is on its way to the other style."""
-        return next((self.style[part][3] for part in self.parts if len(self.style.get(part, ())) > 2), 0.0)
+        specs = (self.style.get(part) for part in self.parts)
+        return next((spec.share for spec in specs if spec and spec.other), 0.0)
 
     @property
     def slot(self) -> str:
-        """The style that the list changes: the blended one, or the one that is worn."""
+        """The style that the list changes: the blended one, or the part's."""
         return self.other if self.blending else self.name
 
     # ---- which part -----------------------------------------------------------
@@ -88,37 +90,37 @@ class StyleChoice:
         that is not in the list."""
         if name != OWN and name not in self.styles:
             raise ValueError(f"unknown style '{name}': `patchwalk styles list` shows what there is")
-        self._change(lambda part, worn: self._with_style(part, worn, name))
+        self._change(lambda part, spec: self._with_style(part, spec, name))
 
     def learn(self, name: str) -> None:
         """A new style is there to choose."""
         self.styles = tuple(sorted({*self.styles, name}))
 
     def offer(self, styles: Sequence[str]) -> None:
-        """Another list of styles to choose from; parts that wear one that is not in it return to their own."""
+        """Another list of styles to choose from; parts with one that is not in it return to their own."""
         self.styles = tuple(styles)
-        self.style = {part: worn for part, worn in self.style.items() if set(names(worn)) <= set(styles)}
+        self.style = StyleSpec({part: spec for part, spec in self.style.items() if set(spec.names) <= set(styles)})
 
     def reset(self, everything: bool = False) -> None:
         """Returns the picked parts, or the whole body, to their own style."""
-        self._change(lambda part, worn: None, PART_NAMES if everything else self.parts)
+        self._change(lambda part, spec: None, PART_NAMES if everything else self.parts)
 
     def mix(self) -> None:
         """Gives each body part a style and a strength by chance."""
         self.restore(
             {
-                part: (self._chance.choice(self.styles), self._chance.choice(RANDOM_STRENGTHS))
+                part: PartSpec(self._chance.choice(self.styles), self._chance.choice(RANDOM_STRENGTHS))
                 for part in PART_NAMES
                 if self.styles
             }
         )
 
-    def restore(self, style: Mapping[str, Worn]) -> None:
-        """Wears a whole `style` as it is given. Raises ValueError where it names one that is not in the list."""
-        for worn in style.values():
-            if missing := [name for name in names(worn) if name not in self.styles]:
-                raise ValueError(f"unknown style '{missing[0]}': `patchwalk styles list` shows what there is")
-        self.style = {part: style[part] for part in PART_NAMES if part in style}
+    def restore(self, style: Mapping[str, PartLike]) -> None:
+        """Takes on a whole `style` as it is given. Raises ValueError where it names one that is not in the list."""
+        style = StyleSpec.of(style)
+        if missing := [name for name in style.names if name not in self.styles]:
+            raise ValueError(f"unknown style '{missing[0]}': `patchwalk styles list` shows what there is")
+        self.style = style
 
     # ---- how much -----------------------------------------------------------
 
@@ -133,31 +135,38 @@ class StyleChoice:
         """The picked parts' strength, kept within 0 .. MAX_STRENGTH."""
         strength = round(min(max(strength, 0.0), MAX_STRENGTH), 3)
         self._strength.update(dict.fromkeys(self.parts, strength))
-        self._change(lambda part, worn: worn and (worn[0], strength, *worn[2:]))
+        self._change(lambda part, spec: spec and spec._replace(strength=strength))
 
     def set_share(self, share: float) -> None:
         """How far the picked parts with a blend are on the way to its other style, kept within 0 .. 1."""
         share = round(min(max(share, 0.0), 1.0), 3)
-        self._change(lambda part, worn: (*worn[:3], share) if worn and len(worn) > 2 else worn)
+        self._change(lambda part, spec: spec._replace(share=share) if spec and spec.other else spec)
 
     # -----------------------------------------------------------------------
 
-    def _with_style(self, part: str, worn: Worn | None, name: str) -> Worn | None:
-        """What a part wears once a style is chosen for it."""
-        if not self.blending or worn is None:
-            return None if name == OWN else (name, self._strength[part], *(worn or ())[2:])
-        share = worn[3] if len(worn) > 2 else HALF
-        return worn[:2] if name == OWN else (*worn[:2], name, share)
+    def _with_style(self, part: str, spec: PartSpec | None, name: str) -> PartSpec | None:
+        """The spec of a part once a style is chosen for it; None for its own style."""
+        if self.blending and spec is not None:
+            if name == OWN:
+                return spec._replace(other=None, share=0.0)
+            return spec._replace(other=name, share=spec.share if spec.other else HALF)
+        if name == OWN:
+            return None
+        return (spec or PartSpec(name))._replace(name=name, strength=self._strength[part])
 
-    def _change(self, change, parts: Sequence[str] | None = None) -> None:
-        """Lets `change(part, worn or None)` say what each picked part wears now."""
+    def _change(
+        self,
+        change: Callable[[str, PartSpec | None], PartSpec | None],
+        parts: Sequence[str] | None = None,
+    ) -> None:
+        """Lets `change(part, its spec or None)` say what is asked of each picked part now."""
         style = dict(self.style)
         for part in parts or self.parts:
             style[part] = change(part, style.get(part))
-        self.style = {part: style[part] for part in PART_NAMES if style.get(part)}
+        self.style = StyleSpec({part: spec for part, spec in style.items() if spec})
 
-    def _common(self, place: int) -> str:
-        """What all picked parts have at that place of what they wear."""
-        wears = [self.style.get(part, ()) for part in self.parts]
-        found = {worn[place] if len(worn) > place else OWN for worn in wears}
+    def _common(self, style_of: Callable[[PartSpec], str | None]) -> str:
+        """The style that all picked parts have, by `style_of` their specs; OWN for none."""
+        specs = (self.style.get(part) for part in self.parts)
+        found = {(spec and style_of(spec)) or OWN for spec in specs}
         return found.pop() if len(found) == 1 else "mixed"

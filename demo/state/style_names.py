@@ -6,12 +6,12 @@ from difflib import get_close_matches
 from typing import Collection, Iterable
 
 from sim.body.skeleton import expand_part
-from sim.style_spec import MAX_STRENGTH, Worn
+from sim.style_spec import MAX_STRENGTH, PartSpec
 
 
-def parse_style(text: str) -> tuple[tuple[str, ...], Worn]:
-    """`arms=old:0.8` as (body parts, ("old", 0.8)); the strength is 1 where none is given. `arms=old+proud@0.4:0.8`
-    goes 0.4 of the way from old to proud, as (body parts, ("old", 0.8, "proud", 0.4)).
+def parse_style(text: str) -> tuple[tuple[str, ...], PartSpec]:
+    """`arms=old:0.8` as (body parts, PartSpec("old", 0.8)); the strength is 1 where none is given.
+    `arms=old+proud@0.4:0.8` goes 0.4 of the way from old to proud, as (body parts, PartSpec("old", 0.8, "proud", 0.4)).
 
     Raises ValueError for anything else. A name may hold :, + and @: only where a number follows do they mean
     anything."""
@@ -26,12 +26,12 @@ def parse_style(text: str) -> tuple[tuple[str, ...], Worn]:
     both, share = _with_number(name, "@")
     first, plus, other = both.partition("+")
     if share is None or not (first and plus and other):
-        return expand_part(target), (name, strength)
+        return expand_part(target), PartSpec(name, strength)
     if not 0 <= share <= 1:
         raise ValueError(
             f"the share in '{text}' must lie in 0 .. 1: it says how much of the way from {first} to {other}"
         )
-    return expand_part(target), (first, strength, other, share)
+    return expand_part(target), PartSpec(first, strength, other, share)
 
 
 def check_styles(wanted: Iterable[str], known: Collection[str]) -> None:

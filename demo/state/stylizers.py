@@ -1,5 +1,8 @@
 """Changing the style-transfer system of a running session: each is loaded when it is first asked for, and kept."""
 
+from typing import cast
+
+from sim.protocols import NamedStylizer
 from sim.session import Session
 
 
@@ -8,35 +11,34 @@ class Stylizers:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._ready: dict[str, object] = {}
+        self._ready: dict[str, NamedStylizer] = {}
 
     def next(self) -> str:
         """Goes on to the next one; its name. Raises ValueError, and changes nothing, where there is no other or it is
         broken."""
         from stylizer.runtime import catalogue
 
-        current = self._session.stylizer
-        bank, names = getattr(current, "bank", None), catalogue.names()
-        if bank is None or len(names) < 2:
+        current, names = self._current, catalogue.names()
+        if len(names) < 2:
             raise ValueError("there is no other stylizer: `patchwalk train stylizer --network NAME` makes one")
-        self._ready[bank.name] = current
-        name = names[(names.index(bank.name) + 1) % len(names)] if bank.name in names else names[0]
+        self._ready[current.name] = current
+        name = names[(names.index(current.name) + 1) % len(names)] if current.name in names else names[0]
         self._session.stylizer = stylizer = self._ready.get(name) or catalogue.from_pretrained(name)
         self._ready[name] = stylizer
-        stylizer.take_over(current)
+        stylizer.transfer_state(current)
         return name
 
     @property
     def other(self) -> str | None:
         """The name of the one in use; None for the one that is used unless another is named."""
-        from stylizer.networks import checkpoint as weights
+        from stylizer.systems import checkpoint
 
-        name = getattr(getattr(self._session.stylizer, "bank", None), "name", weights.SLIM)
-        return None if name == weights.SLIM else name
+        return None if self._current.name == checkpoint.SLIM else self._current.name
 
-    def reroll(self) -> None:
-        """Draws the styles of chance anew. Raises ValueError where the stylizer has none."""
-        draw = getattr(self._session.stylizer, "reroll", None)
-        if draw is None:
-            raise ValueError("this stylizer draws no styles by chance")
-        draw()
+    def resample(self) -> None:
+        """Samples the styles of a prior again. Raises ValueError where the stylizer has none."""
+        self._current.resample()
+
+    @property
+    def _current(self) -> NamedStylizer:
+        return cast(NamedStylizer, self._session.stylizer)

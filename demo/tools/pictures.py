@@ -17,11 +17,10 @@ from demo.render.view import View
 from demo.render.window import Window, open_window
 from demo.state.presets import Presets, describe
 from demo.ui import panels
-from sim.body.skeleton import expand_part
 from sim.command import Command
 from sim.motion.clip import FPS
 from sim.session import Session
-from sim.style_spec import Worn
+from sim.style_spec import StyleSpec
 from stylizer.runtime import catalogue
 
 FOLDER = Path(__file__).parents[1] / "pictures"
@@ -64,13 +63,13 @@ def draw() -> None:
 def strip() -> None:
     """styles.png: the same step of the same walk, in one style after another."""
     with open_window(STRIP_SIZE, visible=False) as window:
-        _save("styles.png", np.concatenate([_walker(window, wears) for wears in STRIP], axis=1))
+        _save("styles.png", np.concatenate([_walker(window, parts) for parts in STRIP], axis=1))
 
 
 def systems() -> None:
     """systems.png: the same step in the same styles, as each stylizer of the package has them, one a row."""
     with open_window(SYSTEM_SIZE, visible=False) as window:
-        rows = [[_walker(window, wears, name) for wears in SYSTEM_STRIP] for name in catalogue.names()]
+        rows = [[_walker(window, parts, name) for parts in SYSTEM_STRIP] for name in catalogue.names()]
         _save("systems.png", np.concatenate([np.concatenate(row, axis=1) for row in rows], axis=0))
 
 
@@ -98,12 +97,12 @@ def gif() -> None:
 
 
 def _restyled_walk() -> Iterator[np.ndarray]:
-    session, style = assemble.build_session(), {}
+    session, style = assemble.build_session(), StyleSpec()
     view = View(Camera(distance=GIF_DISTANCE), arrow=False, contacts=False)
     with open_window(GIF_SIZE, visible=False) as window:
         renderer = Renderer(window.size)
         for number in range(-GIF_START, GIF_FRAMES):
-            style = {**style, **_style(GIF_STYLES.get(number, {}))}
+            style = StyleSpec({**style, **StyleSpec(GIF_STYLES.get(number, {}))})
             frame = session.step(Command(GIF_WALK, style=style, pace=True))
             view.follow(frame, 1 / FPS)
             if number >= 0 and number % video.GIF_STEP == 0:
@@ -113,22 +112,17 @@ def _restyled_walk() -> Iterator[np.ndarray]:
                 yield window.read_pixels()
 
 
-def _walker(window: Window, wears: dict[str, str], stylizer: str | None = None) -> np.ndarray:
+def _walker(window: Window, parts: dict[str, str], stylizer: str | None = None) -> np.ndarray:
     session: Session = assemble.build_session(stylizer)
     for _ in range(STRIP_FRAMES):
-        frame = session.step(Command((0.0, 1.0), style=_style(wears), pace=True))
-    caption = ", ".join(f"{name} {group}" if len(wears) > 1 else name for group, name in wears.items()) or "neutral"
+        frame = session.step(Command((0.0, 1.0), style=parts, pace=True))
+    caption = ", ".join(f"{name} {group}" if len(parts) > 1 else name for group, name in parts.items()) or "neutral"
     caption = f"{stylizer}: {caption}" if stylizer else caption
     view = View(Camera(distance=STRIP_DISTANCE), arrow=False, contacts=False, panels=(panels.line(caption, "bottom"),))
     view.camera.jump(frame.styled.root_position)
     window.bind()
     Renderer(window.size).draw(frame, view)
     return window.read_pixels()
-
-
-def _style(wears: dict[str, str]) -> dict[str, Worn]:
-    """Part or group -> style, as a command has it."""
-    return {part: (name, 1.0) for group, name in wears.items() for part in expand_part(group)}
 
 
 def _save(name: str, pixels: np.ndarray) -> None:

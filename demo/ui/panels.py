@@ -3,7 +3,7 @@
 import textwrap
 from dataclasses import replace
 from functools import cache
-from typing import Collection, Mapping
+from typing import Collection
 
 from demo.figure.colours import OWN_STYLE, part_colours, style_colour
 from demo.state.bindings import DEFAULT, MENU_PAGES, SLOTS, Bindings
@@ -18,9 +18,9 @@ from demo.ui.widgets import Beside, Button, Buttons, Cell, Choice, Choices, Fiel
 from sim.body.pose import Pose
 from sim.body.skeleton import GROUPS, PART_NAMES
 from sim.latency import Latency
-from sim.style_spec import MAX_STRENGTH, Worn, names
+from sim.style_spec import MAX_STRENGTH, PartSpec, StyleSpec
 
-WARDROBE_WIDTH = 282
+STYLE_PANEL_WIDTH = 282
 OFF = (0.42, 0.47, 0.53)  # the dot of a toggle that is off
 LISTED = 8  # styles seen at once; the slider of a blend takes the room of one
 WIDEST = 90  # letters in a line of a sentence
@@ -51,39 +51,39 @@ def readable(part: str) -> str:
     return "whole body" if part == "all" else part.replace("_", " ")
 
 
-def worn_text(worn: Worn) -> str:
+def spec_text(spec: PartSpec) -> str:
     """`old`, or `old 60% proud` where 60% of the way to proud is gone."""
-    return worn[0] if len(worn) == 2 else f"{worn[0]} › {worn[3]:.0%} {worn[2]}"
+    return spec.name if spec.other is None else f"{spec.name} › {spec.share:.0%} {spec.other}"
 
 
-def parts(style: Mapping[str, Worn], picked: Collection[str] = ()) -> Panel:
+def parts(style: StyleSpec, picked: Collection[str] = ()) -> Panel:
     """The five parts with the styles and strengths of `style` (as in a Command); those that are picked are lit."""
     return Panel((_parts_table(style, picked),), "top left")
 
 
-def _parts_table(style: Mapping[str, Worn], picked: Collection[str]) -> Table:
+def _parts_table(style: StyleSpec, picked: Collection[str]) -> Table:
     rows = []
     for part in PART_NAMES:
-        worn = style.get(part)
-        swatch = style_colour(worn[0]) if worn else OWN_STYLE
+        spec = style.get(part)
+        swatch = style_colour(spec.name) if spec else OWN_STYLE
         rows.append(
             (
                 Cell(readable(part), INK, swatch),
-                Cell(worn_text(worn) if worn else OWN, INK if worn else FAINT),
-                Cell(f"{worn[1]:.0%}" if worn else ""),
+                Cell(spec_text(spec) if spec else OWN, INK if spec else FAINT),
+                Cell(f"{spec.strength:.0%}" if spec else ""),
             )
         )
     return Table(tuple(rows), tuple(i for i, part in enumerate(PART_NAMES) if part in picked))
 
 
-def wardrobe(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
+def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
     """The body to pick a part from, and what that part wears: style, strength, the style blended in."""
     colours = tuple(tuple(colour) for colour in part_colours(choice.style).round(3).tolist())
     groups = Buttons(
         tuple(Button("all" if group == "all" else group, f"pick_{group}", choice.picked == group) for group in GROUPS),
         SMALL,
     )
-    lines = tuple(Label(text, colour, size) for text, colour, size in _wears(choice))
+    lines = tuple(Label(text, colour, size) for text, colour, size in _style_lines(choice))
     listed = (OWN, *choice.shown)
     styles = tuple(
         Choice(
@@ -131,17 +131,17 @@ def wardrobe(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
             SMALL,
         )
     )
-    return Panel(tuple(widgets), "top left", WARDROBE_WIDTH)
+    return Panel(tuple(widgets), "top left", STYLE_PANEL_WIDTH)
 
 
-def _wears(choice: StyleChoice) -> list[tuple]:
+def _style_lines(choice: StyleChoice) -> list[tuple]:
     """What stands beside the body: the picked part, and each part's style below."""
     lines = [(readable(choice.picked), ACCENT, 18)]
     for part in PART_NAMES:
-        worn = choice.style.get(part)
+        spec = choice.style.get(part)
         picked = part in choice.parts
         lines.append((readable(part), INK if picked else FAINT, 11))
-        lines.append((f"{worn_text(worn)}  {worn[1]:.0%}" if worn else OWN, (INK if picked else FAINT), 13))
+        lines.append((f"{spec_text(spec)}  {spec.strength:.0%}" if spec else OWN, (INK if picked else FAINT), 13))
     return lines
 
 
@@ -155,7 +155,7 @@ def presets(slots: Presets) -> Panel:
             Button(name or f"{slot}: right click saves", f"preset_{slot}", other=f"save_{slot}", swatches=swatches)
         )
     rows = tuple(Buttons(tuple(buttons[place : place + 2]), 12) for place in range(0, len(buttons), 2))
-    return Panel(rows, "top left", WARDROBE_WIDTH)
+    return Panel(rows, "top left", STYLE_PANEL_WIDTH)
 
 
 def corner(menu_open: bool, helping: bool, hidden: bool) -> Panel:
@@ -231,13 +231,13 @@ def dial(pose: Pose) -> Panel:
     return Panel((Dial(round(float(pose.phase), 3), contacts),), "bottom right")
 
 
-def attention(values, part: str, worn: Worn | None) -> Panel:
+def attention(values, part: str, spec: PartSpec | None) -> Panel:
     """The attention map of a part: values (content samples, style samples), or a sentence why there is none."""
     title = Label(f"what the {readable(part)} attends to", FAINT, SMALL)
-    style = f"down: last 0.5 s; across: 3 s of {' and '.join(names(worn)) if worn else 'neutral'}"
+    style = f"down: last 0.5 s; across: 3 s of {' and '.join(spec.names) if spec else 'neutral'}"
     if isinstance(values, str):
         return Panel((title, Label(values, ALERT, SMALL)), "bottom right", 250)
-    colour = style_colour(worn[0]) if worn else OWN_STYLE
+    colour = style_colour(spec.name) if spec else OWN_STYLE
     rows = tuple(map(tuple, values.round(3).tolist()))
     return Panel((title, HeatMap(rows, 3, style, tuple(colour))), "bottom right")
 

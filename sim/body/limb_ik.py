@@ -21,9 +21,9 @@ MOST_ASTRIDE = 0.9  # share of a leg's length that an ankle may be beside its hi
 def height_missing(sockets: np.ndarray, ankles: np.ndarray, length: np.ndarray | float) -> np.ndarray:
     """How far (...) hip joints (..., 3) must sink for legs as long as `length` (...) to reach ankles (..., 3), all in
     metres; negative where they need not."""
-    way = sockets - ankles
-    across = np.minimum(np.hypot(way[..., 0], way[..., 2]), MOST_ASTRIDE * length)
-    return way[..., 1] - np.sqrt(length**2 - across**2)
+    reach = sockets - ankles
+    across = np.minimum(np.hypot(reach[..., 0], reach[..., 2]), MOST_ASTRIDE * length)
+    return reach[..., 1] - np.sqrt(length**2 - across**2)
 
 
 def reach(pose: Pose, limbs: tuple[np.ndarray, ...], targets: np.ndarray, bend: float, share: float) -> Pose:

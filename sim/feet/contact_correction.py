@@ -13,7 +13,7 @@ from sim.body.limb_ik import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing
 from sim.body.skeleton import BONE_OFFSETS, CONTACT_JOINTS, TOE_HEIGHT, TOES
 from sim.math import rotations as rot
 from sim.math.easing import ramp
-from sim.math.smoothing import smoothest
+from sim.math.smoothing import smooth_penalised
 from sim.math.vectors import FLOOR, FORWARD, UP
 from sim.motion.clip import Clip, root_frame
 from sim.motion.contacts import foot_contacts
@@ -51,7 +51,7 @@ def planted(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
     return replace(clip, rotations=to_local(_stand(clip.hips, rotations, positions, ankles, toes)))
 
 
-def strided(clip: Clip, factor: float) -> Clip:
+def scale_strides(clip: Clip, factor: float) -> Clip:
     """The clip with strides `factor` times as long, in the same time: root and feet go that much further, planted feet
     stay planted, and the hips sink as far as the legs need. The body is carried along as it is."""
     if factor == 1:
@@ -114,7 +114,7 @@ def _stand(
 def _still(joint: np.ndarray, hold: np.ndarray, fps: float) -> np.ndarray:
     """The smooth correction (frames, 3) whose steps undo those of a joint (frames, 3) while hold (frames,) is 1."""
     held = np.minimum(hold[:-1], hold[1:]) ** 2
-    return smoothest(-joint, 0.0, held / SOFTNESS, FADE_SECONDS * fps, np.maximum(1 - hold, NEVER_FREE))
+    return smooth_penalised(-joint, 0.0, held / SOFTNESS, FADE_SECONDS * fps, np.maximum(1 - hold, NEVER_FREE))
 
 
 def _level(toe: np.ndarray, hold: np.ndarray, flat: np.ndarray, fps: float) -> np.ndarray:
@@ -125,4 +125,4 @@ def _level(toe: np.ndarray, hold: np.ndarray, flat: np.ndarray, fps: float) -> n
     missing = TOE_HEIGHT - toe[:, 1]
     weight = hold + swing
     pull = flat * missing + (hold - flat) * np.maximum(missing, 0.0) + swing * np.maximum(missing + CLEARANCE, 0.0)
-    return smoothest(pull / np.maximum(weight, 1e-9), weight / SOFTNESS, 0.0, FADE_SECONDS * fps)
+    return smooth_penalised(pull / np.maximum(weight, 1e-9), weight / SOFTNESS, 0.0, FADE_SECONDS * fps)

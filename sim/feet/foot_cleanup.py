@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
 from sim.body.limb_ik import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing, reach
 from sim.body.pose import Pose
 from sim.body.skeleton import CONTACT_JOINTS
-from sim.math.smoothing import smoothest
+from sim.math.smoothing import smooth_penalised
 from sim.math.vectors import FLOOR, UP
 from sim.motion.clip import FPS
 
@@ -54,11 +54,11 @@ def _correction(ours: np.ndarray, theirs: np.ndarray, contacts: np.ndarray) -> n
     apart = ours - theirs
     moved = np.diff(apart, axis=0)[frames[1:] - 1, bearing[1:]]  # of the joint that carries the weight
     still = np.minimum(hold[1:], hold[:-1]) ** 2
-    across = smoothest(-np.concatenate([np.zeros((1, 3)), moved.cumsum(axis=0)]), 0.0, still, FADE)
+    across = smooth_penalised(-np.concatenate([np.zeros((1, 3)), moved.cumsum(axis=0)]), 0.0, still, FADE)
     low = ours[..., 1].min(axis=1)
     clear = np.minimum(theirs[..., 1].min(axis=1), CLEARANCE) - low
     height = np.where(hold > 0, np.maximum(-apart[frames, bearing, 1], clear), clear)
-    up = smoothest(height, np.maximum(hold, clear > 0), 0.0, FADE)
+    up = smooth_penalised(height, np.maximum(hold, clear > 0), 0.0, FADE)
     return across * FLOOR + up[:, None] * UP
 
 

@@ -162,12 +162,12 @@ class StrideScale:
         self._before = root
         self._velocity = self._velocity + (moved / DT - self._velocity) * (1 - decay(WAY_HALFLIFE, DT))
         speed = rot.length(self._velocity)
-        way = self._velocity / np.maximum(speed, 1e-6)
+        direction = self._velocity / np.maximum(speed, 1e-6)
         feet = np.stack(
             [neutral.to_character(pose.positions[..., FOOT, :] - root[..., None, :]) for pose in (styled, neutral)],
             axis=-1,
         )
-        along = np.vecdot(feet, way[..., None, :, None], axis=-2)  # (..., 2 feet, 2): styled, neutral
+        along = np.vecdot(feet, direction[..., None, :, None], axis=-2)  # (..., 2 feet, 2): styled, neutral
         self._mean = self._mean + (along - self._mean) * (1 - decay(STANCE_HALFLIFE, DT))
         swing = along - self._mean
         products = np.stack(
@@ -179,7 +179,7 @@ class StrideScale:
         self.scale = 1 + carried * (self.carry - 1)
         going = smooth_step(speed[..., 0], *GOING)
         missing = self.scale[..., None] * swing[..., 1] - swing[..., 0]
-        return neutral.to_world((going[..., None] * missing)[..., None] * way[..., None, :])
+        return neutral.to_world((going[..., None] * missing)[..., None] * direction[..., None, :])
 
 
 class _HeldBack:

@@ -8,7 +8,7 @@ from typing import Iterator
 
 
 @contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
+def atomic_write(path: str | Path) -> Iterator[Path]:
     """Gives a temporary path beside `path` to write to; it takes the place of `path` if the block ends without error.
 
     Raises OSError where the folder does not exist or cannot be written."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from sim.body.skeleton import BONE_OFFSETS, JOINTS, PARENTS
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.io.bvh_parser import POSITION_ORDER, ROTATION_ORDER, read_frames, read_hierarchy
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
@@ -128,7 +128,7 @@ def write(path: str | Path, motion: Motion | Clip) -> None:
             "",
         ]
     )
-    with replacing(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 

@@ -131,13 +131,13 @@ def _headings(path: Path, lines: list[str], start: int) -> tuple[int | None, flo
     for first in range(start, len(lines)):
         key, colon, value = lines[first].partition(":")
         if colon:
-            told = numbers(value.split())
-            if told is None or len(told) != 1:
+            given = numbers(value.split())
+            if given is None or len(given) != 1:
                 raise ValueError(f"{path}, line {first + 1}: '{key.strip()}:' needs one number")
             if key.strip().lower() == "frames":
-                declared = int(told[0])
+                declared = int(given[0])
             else:
-                seconds = told[0]
+                seconds = given[0]
         elif lines[first].strip():
             break
     else:

@@ -6,7 +6,7 @@ from typing import Sequence
 import numpy as np
 
 from sim.body.skeleton import BONE_OFFSETS, PARENTS
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.math import rotations as rot
 from sim.motion.clip import FPS
 from sim.session import Frame
@@ -36,5 +36,5 @@ def arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
 
 def write(path: str | Path, frames: Sequence[Frame]) -> None:
     """Writes the poses file; equal frames give equal bytes. Raises OSError where it cannot be written."""
-    with replacing(path) as temporary, open(temporary, "wb") as file:  # to a bare name numpy might add its .npz
+    with atomic_write(path) as temporary, open(temporary, "wb") as file:  # to a bare name numpy might add its .npz
         np.savez(file, **arrays(frames))

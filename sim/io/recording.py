@@ -8,10 +8,9 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Iterator
 
-from sim import style_spec as worn
 from sim.command import Command, check_gait, check_length
 from sim.motion.clip import FPS
-from sim.style_spec import is_number, shown
+from sim.style_spec import StyleSpec, is_number, shown
 
 HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
 MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
@@ -94,11 +93,7 @@ class Recording:
     @property
     def styles(self) -> tuple[str, ...]:
         """The names of the styles it asks for, each once, in the order they appear."""
-        return tuple(
-            dict.fromkeys(
-                name for _, command in self.changes for wears in command.style.values() for name in worn.names(wears)
-            )
-        )
+        return tuple(dict.fromkeys(name for _, command in self.changes for name in command.style.names))
 
 
 def read(path: str | Path) -> Recording:
@@ -139,7 +134,7 @@ def _encode(command: Command) -> dict:
         "move": [float(v) for v in command.move],
         "face": None if command.face is None else [float(v) for v in command.face],
         "gait": command.gait,
-        "style": worn.encode(command.style),
+        "style": command.style.to_json(),
         "pace": bool(command.pace),
     }
 
@@ -230,8 +225,8 @@ def _read_gait(value, _: Command) -> str:
     return value
 
 
-def _read_style(value, command: Command) -> dict[str, worn.Worn]:
-    return worn.decode(value, command.style)
+def _read_style(value, command: Command) -> StyleSpec:
+    return command.style.updated(value)
 
 
 def _read_pace(value, _: Command | None = None) -> bool:

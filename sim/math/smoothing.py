@@ -6,7 +6,7 @@ from scipy.linalg import solveh_banded
 SECOND_DIFFERENCE = (1.0, -2.0, 1.0)
 
 
-def smoothest(
+def smooth_penalised(
     target: np.ndarray,
     weight: np.ndarray | float,
     stillness: np.ndarray | float,

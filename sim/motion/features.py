@@ -13,7 +13,7 @@ from sim.math import rotations as rot
 from sim.motion.clip import FPS, Clip, root_frame
 
 LAYOUT = {"position": slice(0, 3), "rotation": slice(3, 9), "velocity": slice(9, 12), "root": slice(12, 15)}
-HELD = slice(LAYOUT["position"].start, LAYOUT["rotation"].stop)  # how a joint is held: position and rotation
+POSE_CHANNELS = slice(LAYOUT["position"].start, LAYOUT["rotation"].stop)  # how a joint is held: position and rotation
 FEATURES = 15
 STRIDE = 2  # the networks see every second frame: 30 Hz
 WINDOW = 16  # samples: i - 30, i - 28 .. i, the last half second

@@ -28,9 +28,9 @@ def stride_phase(features: np.ndarray) -> np.ndarray | None:
 
     A stride begins where the left ankle passes the right one, forwards along the way that the root goes."""
     velocity = features[:, 0, LAYOUT["root"]][:, :2].mean(axis=0)
-    way = velocity / max(float(np.linalg.norm(velocity)), 1e-9)
+    direction = velocity / max(float(np.linalg.norm(velocity)), 1e-9)
     feet = features[:, ANKLES, LAYOUT["position"]][..., [0, 2]]
-    apart = (feet[:, 0] - feet[:, 1]) @ way
+    apart = (feet[:, 0] - feet[:, 1]) @ direction
     apart = apart - apart.mean()
     if apart.std() < SMALLEST_STEP:
         return None

@@ -15,7 +15,7 @@ from sim.body.skeleton import BETWEEN_HIPS, JOINT_COUNT, JOINTS, PARENTS
 from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
-from sim.retarget import joint_names as name_maps
+from sim.retarget import joint_names
 from sim.retarget.axis_alignment import alignment
 from sim.retarget.source_skeleton import SourceBody
 
@@ -40,7 +40,7 @@ def clip_of(motion: bvh.Motion, path: str | Path, name_map: dict[str, str] | Non
 
 def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None) -> Clip:
     """The motion on our skeleton, Y up, at its own frame rate. Raises ValueError if the skeleton cannot be mapped."""
-    body = SourceBody(motion, name_maps.detect(motion.names) if name_map is None else name_map)
+    body = SourceBody(motion, joint_names.detect(motion.names) if name_map is None else name_map)
     constants = alignment(body)
     rotations = np.empty((len(motion), JOINT_COUNT, 4))
     for joint, name in enumerate(JOINTS):

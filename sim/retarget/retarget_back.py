@@ -16,7 +16,7 @@ from sim.io.bvh_parser import POSITION_ORDER
 from sim.math import rotations as rot
 from sim.math.vectors import UP
 from sim.motion.clip import Clip
-from sim.retarget import joint_names as name_maps
+from sim.retarget import joint_names
 from sim.retarget.source_skeleton import SIDES, SourceBody
 
 UNCHANGED = 1e-9  # metres: a leg that moved less was not restyled
@@ -28,7 +28,7 @@ def retarget_back(motion: Motion, content: Clip, styled: Clip, name_map: dict[st
 
     Hips and feet move as far as ours do, by leg length, whatever the proportions. Raises ValueError for an unknown
     skeleton."""
-    body = SourceBody(motion, name_maps.detect(motion.names) if name_map is None else name_map)
+    body = SourceBody(motion, joint_names.detect(motion.names) if name_map is None else name_map)
     turns = rot.multiply(styled.global_rotations(), rot.inverse(content.global_rotations()))
     turns = rot.normalize(_at_their_rate(rot.continuous(turns), content.fps, motion))
     moved = _at_their_rate(styled.positions() - content.positions(), content.fps, motion)

@@ -40,7 +40,7 @@ class PackedClip:
     speed: float  # mean root speed, m/s
 
     @property
-    def manner(self) -> str | None:
+    def performer_style(self) -> str | None:
         """What clips share that one person moves in, in one style, where that is known."""
         if found := labels(Path(self.name).name):
             return found[1]
@@ -137,10 +137,12 @@ class MotionData:
         are folders by the square root of theirs, so that small archives count; and targets all manners alike."""
         by_label = self._shares(lambda clip: clip.label)
         by_folder = self._shares(lambda clip: clip.name.split("/")[0])
-        by_manner = (
-            self._shares(lambda clip: clip.manner, alike=True) if any(clip.manner for clip in self.clips) else by_label
+        by_performer_style = (
+            self._shares(lambda clip: clip.performer_style, alike=True)
+            if any(clip.performer_style for clip in self.clips)
+            else by_label
         )
-        return (by_label + by_folder) / 2, (by_label + by_manner) / 2
+        return (by_label + by_folder) / 2, (by_label + by_performer_style) / 2
 
     def _shares(self, group_of: Callable[[PackedClip], str | None], alike: bool = False) -> np.ndarray:
         """Shares of 1: groups by the square root of their length, or all alike; clips within a group by their length,

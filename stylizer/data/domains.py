@@ -9,7 +9,7 @@ from torch import Tensor
 
 from sim.io.provenance import CONTROLLER
 from sim.motion.features import STRIDE
-from stylizer.data import style_labels as labelled
+from stylizer.data import style_labels
 from stylizer.data.dataset import MotionData, PackedClip
 from stylizer.data.sampler import Sampler
 from stylizer.networks.normalization import Scaled
@@ -17,14 +17,14 @@ from stylizer.networks.normalization import Scaled
 NEUTRAL = "neutral"  # of motion without a style, the controller's own among it
 NEUTRAL_FOLDERS = (CONTROLLER, "100style-neutral")
 NOISE = 64  # standard normal numbers for each row of a batch
-POSTURE_WINDOWS = 32  # from which a domain's mean posture is told
+POSE_WINDOWS = 32  # from which a domain's mean posture is told
 
 
 def label_of(name: str) -> str | None:
     """The domain of a clip of that name (its path without an ending): `old 1` for Bandai-Namco's old of set 1, None
     where the name tells none."""
     folder, _, stem = name.rpartition("/")
-    if found := labelled.labels(stem):
+    if found := style_labels.labels(stem):
         return found[1]
     return NEUTRAL if folder.rpartition("/")[2] in NEUTRAL_FOLDERS else None
 
@@ -109,7 +109,7 @@ class LabelledSampler(Sampler):
         return self._window(clip, end, self.samples, 1.0, flip)
 
 
-def mean_postures(model: Scaled, sampler: LabelledSampler, channels: slice) -> Tensor:
+def mean_poses(model: Scaled, sampler: LabelledSampler, channels: slice) -> Tensor:
     """(domains, 21, channels) mean of the normalized motion of each domain."""
-    windows = (torch.from_numpy(sampler.of_domain(domain, POSTURE_WINDOWS)) for domain in range(len(sampler.labels)))
+    windows = (torch.from_numpy(sampler.of_domain(domain, POSE_WINDOWS)) for domain in range(len(sampler.labels)))
     return torch.stack([model.normalize(some)[..., channels].mean(dim=(1, 2)) for some in windows])

@@ -15,7 +15,7 @@ PACES = (0.6, 1.6)  # between which they are
 ELSEWHERE = 0.5  # share of the sources whose own style is read from another place of their clip
 # of those, share that is read from another clip of the same manner, as the controller's own style is
 ELSEWHERE_STILL = 0.5
-SAME_WAY = 0.15  # m/s and rad/s, added up: clips whose mean ways differ by no more are takes of one action
+SAME_VELOCITY = 0.15  # m/s and rad/s, added up: clips whose mean ways differ by no more are takes of one action
 LIKE_SPEEDS = 0.5  # share of the targets that move about as fast as their source; the others teach by their exemplars
 
 # Mirroring in features: the x of every vector flips, and so does the turn rate.
@@ -55,10 +55,10 @@ class Sampler:
         self.random = np.random.default_rng(seed)
         self.speeds = np.array([clip.speed for clip in data.clips])
         self.gaits: dict[str, np.ndarray] = {}  # of clips that were drawn before
-        self.ways: dict[str, np.ndarray] = {}  # likewise
+        self.root_velocities: dict[str, np.ndarray] = {}  # likewise
         self.alike = defaultdict(list)  # the clips of a manner
         for clip in data.clips:
-            self.alike[clip.manner].append(clip)
+            self.alike[clip.performer_style].append(clip)
 
     def batch(self, size: int) -> Batch:
         """Random windows, half of them mirrored."""
@@ -73,8 +73,10 @@ class Sampler:
         flip_source, flip_target = (bool(flip) for flip in self.random.random(2) < 0.5)
         pace = self._pace(source)
         end, later = float(self.random.uniform(CONTENT_SPAN * pace, source.frames - 1 - LATER * pace)), LATER * pace
-        way = self._way(source) * pace * (MIRROR_SIGNS[LAYOUT["root"]] if flip_source != flip_target else 1.0)
-        exemplar = self.exemplar(target, way)
+        root_velocity = (
+            self._root_velocity(source) * pace * (MIRROR_SIGNS[LAYOUT["root"]] if flip_source != flip_target else 1.0)
+        )
+        exemplar = self.exemplar(target, root_velocity)
         windows = [
             self._window(source, end, STYLE_WINDOW, pace, flip_source),
             self._own(source, end, pace, flip_source),
@@ -94,30 +96,30 @@ class Sampler:
     def _own(self, source: PackedClip, end: float, pace: float, flip: bool) -> np.ndarray:
         """Where the source's own style is read."""
         if self.random.random() < ELSEWHERE:
-            if source.manner and self.random.random() < ELSEWHERE_STILL:
-                source, pace = self.random.choice(self.alike[source.manner]), 1.0
+            if source.performer_style and self.random.random() < ELSEWHERE_STILL:
+                source, pace = self.random.choice(self.alike[source.performer_style]), 1.0
             end = self.random.uniform(0, source.frames - 1)
         return self._window(source, end, CLIP_WINDOW, pace, flip)
 
-    def exemplar(self, target: PackedClip, way: np.ndarray) -> PackedClip:
-        """A clip of the target's style whose mean way over the floor (see `_way`) is about `way`: how one who runs,
-        backs or turns looks in a style that the network is shown walking. The target itself where no label tells the
-        style, and for one who stands: labelled clips that stay in place are gestures."""
-        if target.manner is None or np.hypot(*way[:2]) < MOVING:
+    def exemplar(self, target: PackedClip, root_velocity: np.ndarray) -> PackedClip:
+        """A clip of the target's style whose mean way over the floor (see `_root_velocity`) is about `root_velocity`:
+        how one who runs, backs or turns looks in a style that the network is shown walking. The target itself where no
+        label tells the style, and for one who stands: labelled clips that stay in place are gestures."""
+        if target.performer_style is None or np.hypot(*root_velocity[:2]) < MOVING:
             return target
-        clips = self.alike[target.manner]
-        apart = {clip.name: np.abs(self._way(clip) - way).sum() for clip in clips}
-        limit = min(apart.values()) + SAME_WAY
+        clips = self.alike[target.performer_style]
+        apart = {clip.name: np.abs(self._root_velocity(clip) - root_velocity).sum() for clip in clips}
+        limit = min(apart.values()) + SAME_VELOCITY
         if apart[target.name] <= limit:  # what the network is shown is the best lesson in it
             return target
         return self.random.choice([clip for clip in clips if apart[clip.name] <= limit])
 
-    def _way(self, clip: PackedClip) -> np.ndarray:
+    def _root_velocity(self, clip: PackedClip) -> np.ndarray:
         """(3,) mean velocity sideways and forward in m/s, and turn rate in rad/s."""
-        if clip.name not in self.ways:
+        if clip.name not in self.root_velocities:
             root = self.data.motion[clip.start : clip.start + clip.frames, 0, LAYOUT["root"]]
-            self.ways[clip.name] = root.astype(np.float32).mean(axis=0)
-        return self.ways[clip.name]
+            self.root_velocities[clip.name] = root.astype(np.float32).mean(axis=0)
+        return self.root_velocities[clip.name]
 
     def _pace(self, clip: PackedClip) -> float:
         """Of a source window; 1 mostly, and never so quick that the clip is too short."""

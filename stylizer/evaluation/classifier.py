@@ -11,16 +11,16 @@ from typing import Callable, Sequence
 
 import numpy as np
 import torch
-from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 from torch.nn import functional as F
 
 from sim.body.skeleton import PART_NAMES, PART_OF_JOINT
-from sim.io.atomic_write import replacing
+from sim.io import tensor_file
 from sim.motion.features import LAYOUT, STRIDE
 from stylizer.data.style_labels import SAMPLES, Take, draw
 from stylizer.networks.graph import LEVELS
 from stylizer.networks.layers import Pool, STConv
+from stylizer.systems import checkpoint
 
 SEEN = np.r_[LAYOUT["position"], LAYOUT["velocity"]]
 WIDTHS = (24, 48, 48)  # channels at G1, G2, G3
@@ -79,7 +79,7 @@ class Classifier(nn.Module):
         return [self.labels[i] for i in self.head(feature).argmax(dim=1).tolist()], feature.numpy()
 
 
-def judge(
+def load_classifier(
     kind: str, takes: Sequence[Take], folder: Path, seed: int = 0, tick: Callable[[], object] = lambda: None
 ) -> Classifier:
     """The classifier of `kind`, "content" or "style", trained on these takes: from `folder` where the same was trained
@@ -99,14 +99,12 @@ def train_once(
     """The model with the weights of a file, or trained, which takes `steps` steps, and kept there; ready to judge.
     Calls tick once a step either way, `train` doing so itself."""
     if path.exists():
-        model.load_state_dict(load_file(path))
+        model.load_state_dict(checkpoint.read(path)[1])
         for _ in range(steps):
             tick()
         return model.eval()
     train()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
-        save_file({name: value.contiguous() for name, value in model.state_dict().items()}, temporary)
+    tensor_file.write(path, {name: value.numpy() for name, value in model.state_dict().items()}, {})
     return model.eval()
 
 
@@ -157,7 +155,7 @@ def _paced(random: np.random.Generator, features: np.ndarray) -> np.ndarray:
 
 def _fingerprint(model: Classifier, kind: str, takes: Sequence[Take], seed: int) -> str:
     """What a trained judge depends on, so that a kept one is never used for something else."""
-    told = [
+    described = [
         kind,
         seed,
         STEPS,
@@ -171,4 +169,4 @@ def _fingerprint(model: Classifier, kind: str, takes: Sequence[Take], seed: int)
         [(name, list(value.shape)) for name, value in model.state_dict().items()],
         [(take.path.name, len(take.clip), round(float(take.clip.rotations.sum()), 3)) for take in takes],
     ]
-    return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(described).encode()).hexdigest()[:16]

@@ -11,26 +11,27 @@ import torch
 
 from sim.body.skeleton import PART_NAMES
 from sim.motion.features import clip_features
-from stylizer.data import style_labels as labelled
+from stylizer.data import style_labels
 from stylizer.data.style_labels import SHORTEST, Take, windows
 from stylizer.evaluation.classifier import STEPS
-from stylizer.evaluation.report import Progress, judged, rounded, weights_found
+from stylizer.evaluation.report import Progress, load_data_and_classifiers, rounded, weights_found
 from stylizer.evaluation.transfer_benchmark import (
     JUDGED,
     SEGMENT,
     TRIALS,
-    Judges,
+    Classifiers,
     Transfer,
+    measure_real,
     milliseconds,
-    real_row,
     row,
 )
-from stylizer.networks import checkpoint as weights
 from stylizer.networks.normalization import Scaled
-from stylizer.runtime.offline import Look, answer
+from stylizer.runtime.offline import ResolvedStyle, evaluate
+from stylizer.systems import checkpoint
+from stylizer.systems.registry import SYSTEMS
 from stylizer.systems.whole_body import WholeBody
 
-# Weights, mode, pairs a trial. `drawn`: offline, with styles by label or from the prior instead of from a clip.
+# Weights, mode, pairs a trial. `sampled`: offline, with styles by label or from the prior instead of from a clip.
 ALL = (
     ("full", "offline", 22),
     ("large", "offline", 22),
@@ -39,7 +40,7 @@ ALL = (
     *(
         (name, mode, size)
         for name in ("unpaired", "diverse", "latent", "latent_vae", "latent_unlabelled")
-        for mode, size in (("offline", 44), ("live", 22), ("drawn", 44))
+        for mode, size in (("offline", 44), ("live", 22), ("sampled", 44))
     ),
 )
 REAL_SIZE = 88
@@ -57,14 +58,14 @@ class Comparison:
     notes: list[str]
 
 
-class Drawn(Transfer):
+class Sampled(Transfer):
     """Transfer where nobody shows the style: a code by chance, of the target's label if the system knows labels."""
 
     def __init__(self, model: WholeBody) -> None:
         super().__init__(model, "offline")
         self.random = np.random.default_rng(0)
         self.by_label = getattr(model.config, "labelled", True)
-        self.style = lambda take: model.drawn(take.style if self.by_label else None, self.random)
+        self.style = lambda take: model.sample_code(take.style if self.by_label else None, self.random)
 
     def targets(self, takes: Sequence[Take]) -> Sequence[Take]:
         """Those whose style it can draw: of labels that it learned; all where it asks for none or knows none of
@@ -77,31 +78,41 @@ def compare(data_dir: Path, folder: Path | None = None, progress: Progress | Non
 
     Raises ValueError where `data_dir` holds no labelled motion or weights are broken."""
     found = weights_found((name for name, _, _ in ALL), folder)
-    models = {name: weights.load(name, where)[0] for name, where in found.items()}
-    entries = [entry for entry in ALL if entry[0] in models and (entry[1] != "drawn" or models[entry[0]].NOISE)]
-    files = sum(map(len, labelled.labelled_files(data_dir).values()))
+    models = {name: checkpoint.load(name, where)[0] for name, where in found.items()}
+    entries = [
+        entry
+        for entry in ALL
+        if entry[0] in models and (entry[1] != "sampled" or SYSTEMS[models[entry[0]].KIND].samples_styles)
+    ]
+    files = sum(map(len, style_labels.labelled_files(data_dir).values()))
     tick = progress(files + 2 * STEPS + TRIALS * sum(size for *_, size in entries)) if progress else lambda: None
-    data, judges = judged(data_dir, tick)
-    rows = [measured(models[name], name, mode, size, data.generate, judges, tick) for name, mode, size in entries]
-    real = {name: with_interval(figure) for name, figure in real_row(data.generate, judges, REAL_SIZE).items()}
+    data, classifiers = load_data_and_classifiers(data_dir, tick)
+    rows = [measured(models[name], name, mode, size, data.generate, classifiers, tick) for name, mode, size in entries]
+    real = {name: with_interval(figure) for name, figure in measure_real(data.generate, classifiers, REAL_SIZE).items()}
     missing = [name for name in dict.fromkeys(name for name, _, _ in ALL) if name not in models]
     notes = [f"no weights for {name}: its rows are left out" for name in missing]
     return Comparison(rounded({"real": real, "rows": rows}), notes)
 
 
 def measured(
-    model: Scaled, name: str, mode: str, size: int, takes: Sequence[Take], judges: Judges, tick: Callable[[], object]
+    model: Scaled,
+    name: str,
+    mode: str,
+    size: int,
+    takes: Sequence[Take],
+    classifiers: Classifiers,
+    tick: Callable[[], object],
 ) -> dict:
     """One row."""
-    transfer = Drawn(model) if mode == "drawn" else Transfer(model, mode)
-    figures = row(transfer, takes, judges, size, tick, transfer.targets(takes) if mode == "drawn" else None)
-    if mode == "drawn" and not transfer.by_label:
+    transfer = Sampled(model) if mode == "sampled" else Transfer(model, mode)
+    figures = row(transfer, takes, classifiers, size, tick, transfer.targets(takes) if mode == "sampled" else None)
+    if mode == "sampled" and not transfer.by_label:
         figures |= {"sra": None, "drawn_sra": None}  # nobody asked for a style
     return {
         "model": name,
         "mode": mode,
         **{key: with_interval(figure) for key, figure in figures.items()},
-        "diversity": with_interval(diversity(transfer, takes, judges)) if mode == "drawn" else None,
+        "diversity": with_interval(diversity(transfer, takes, classifiers)) if mode == "sampled" else None,
         "parameters": [model.parameter_count(), 0, 0],
         "ms_per_frame": [*milliseconds(transfer), 0.0],
         "clip_ms": with_interval(clip_milliseconds(model)),
@@ -113,7 +124,7 @@ def with_interval(figure: list[float] | None) -> list[float] | None:
     return None if figure is None else [*figure, INTERVAL * figure[1]]
 
 
-def diversity(transfer: Drawn, takes: Sequence[Take], judges: Judges) -> list[float]:
+def diversity(transfer: Sampled, takes: Sequence[Take], classifiers: Classifiers) -> list[float]:
     """How far results of one motion in styles drawn of one label are apart (Lee et al. 2019): the mean distance of what
     the style judge sees in them, as [mean, deviation] over the motions."""
     random = np.random.default_rng(0)
@@ -122,11 +133,11 @@ def diversity(transfer: Drawn, takes: Sequence[Take], judges: Judges) -> list[fl
     for _ in range(DIVERSE_CONTENTS):
         source, target = (some[int(random.integers(len(some)))] for some in (sources, targets))
         features = clip_features(source.clip[:SEGMENT])
-        answers = [
-            answer(transfer.model, features, dict.fromkeys(PART_NAMES, Look(transfer.style(target))))
+        outputs = [
+            evaluate(transfer.model, features, dict.fromkeys(PART_NAMES, ResolvedStyle(transfer.style(target))))
             for _ in range(DIVERSE_DRAWS)
         ]
-        seen = judges.style.names(np.concatenate([windows(a, [len(a) - SHORTEST]) for a in answers]))[1]
+        seen = classifiers.style.names(np.concatenate([windows(a, [len(a) - SHORTEST]) for a in outputs]))[1]
         first, second = np.triu_indices(DIVERSE_DRAWS, 1)
         distances.append(np.linalg.norm(seen[first] - seen[second], axis=1).mean())
     return [float(np.mean(distances)), float(np.std(distances))]

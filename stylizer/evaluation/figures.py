@@ -13,10 +13,10 @@ from sim.motion.features import LAYOUT, clip_features
 from sim.motion.metrics import foot_skate
 from stylizer.data.style_labels import Take
 from stylizer.evaluation import metrics as measures
-from stylizer.evaluation.playback import Styles, live
+from stylizer.evaluation.playback import Styles, play_live
 from stylizer.evaluation.transfer_benchmark import CENTI
 from stylizer.runtime.live import OWN
-from stylizer.runtime.offline import Look, clip_style, stylize
+from stylizer.runtime.offline import ResolvedStyle, clip_style, stylize
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
 LONGEST = 240  # frames of a clip that are played
@@ -58,13 +58,15 @@ class Further:
             source = self._neutral_like(target)
             content = source.clip[:LONGEST]
             outputs = {
-                "offline": stylize(self.model, content, {part: Look(self.style(target)) for part in PART_NAMES}),
+                "offline": stylize(
+                    self.model, content, {part: ResolvedStyle(self.style(target)) for part in PART_NAMES}
+                ),
                 "live": self._live(content, source, target, lambda _: PART_NAMES).locked,
             }
             for mode, output in outputs.items():
                 for name, statistic in measures.STATISTICS.items():
                     motions = (clip_features(output)[SETTLED:], clip_features(content)[SETTLED:], target.features)
-                    gaps[mode][name] = gaps[mode][name] + measures.part_gaps(*map(statistic, motions))
+                    gaps[mode][name] = gaps[mode][name] + measures.part_distances(*map(statistic, motions))
         return {mode: {name: measures.shares(gap) for name, gap in by_name.items()} for mode, by_name in gaps.items()}
 
     def locality(self) -> dict:
@@ -72,11 +74,11 @@ class Further:
         height (Table 1), for the style whose posture in the restyled part is the farthest from the neutral one."""
         result: dict = {"offline": {}, "live": {}}
         for index, part in enumerate(PART_NAMES):
-            target = max(self.styled, key=lambda take, index=index: self._gap(take)[index])
+            target = max(self.styled, key=lambda take, index=index: self._distance(take)[index])
             source = self._neutral_like(target)
             content = source.clip[:LONGEST]
             pairs = {
-                "offline": (stylize(self.model, content, {part: Look(self.style(target))}), content),
+                "offline": (stylize(self.model, content, {part: ResolvedStyle(self.style(target))}), content),
                 "live": [
                     self._live(content, source, target, lambda _, worn=worn: worn).locked for worn in ((part,), ())
                 ],
@@ -86,10 +88,10 @@ class Further:
                 result[mode][part] = {"style": target.style, **measures.by_part(moved)}
         return result
 
-    def _gap(self, target: Take) -> np.ndarray:
+    def _distance(self, target: Take) -> np.ndarray:
         """(5,) how far the posture of each part is from the neutral one."""
-        neutral, styled = (measures.posture(take.features) for take in (self._neutral_like(target), target))
-        return measures.part_gaps(neutral, neutral, styled)[measures.GAP]
+        neutral, styled = (measures.mean_pose(take.features) for take in (self._neutral_like(target), target))
+        return measures.part_distances(neutral, neutral, styled)[measures.GAP]
 
     def reconstruction(self) -> dict:
         """Mean joint error in centimetres, in the character's own frame, of clips restyled in their own style, offline
@@ -98,7 +100,9 @@ class Further:
         for take in [*self.neutral.values(), *self.styled][:REBUILT]:
             content = take.clip[:LONGEST]
             outputs = {
-                "offline_cm": stylize(self.model, content, {part: Look(self.style(take)) for part in PART_NAMES}),
+                "offline_cm": stylize(
+                    self.model, content, {part: ResolvedStyle(self.style(take)) for part in PART_NAMES}
+                ),
                 "live_cm": self._live(content, take, take, lambda _: PART_NAMES).styled,
             }
             for mode, output in outputs.items():
@@ -113,8 +117,8 @@ class Further:
         """How far the live pose at strength 0 is from the neutral one, at most over all joints and frames."""
         source = next(iter(self.neutral.values()))
         content = source.clip[:LONGEST]
-        stream = self._live(content, source, self.styled[0], lambda _: PART_NAMES, strength=0.0)
-        return {"farthest_cm": CENTI * float(np.abs(stream.styled.positions() - content.positions()).max())}
+        playback = self._live(content, source, self.styled[0], lambda _: PART_NAMES, strength=0.0)
+        return {"farthest_cm": CENTI * float(np.abs(playback.styled.positions() - content.positions()).max())}
 
     def switching(self) -> dict:
         """The live stream over every neutral walk while its style is switched each second: jerk before and after the
@@ -131,9 +135,11 @@ class Further:
             styles = Styles(
                 self.model, {take.style: self.style(take) for take in self.styled} | {OWN: self.style(source)}
             )
-            stream, unstyled = live(styles, content, changing), live(styles, content, lambda _: {})
+            playback, unstyled = play_live(styles, content, changing), play_live(styles, content, lambda _: {})
             root = root_frame(content.positions()).positions[SPAN:]
-            positions = [clip.positions()[SPAN:] for clip in (stream.styled, stream.locked, unstyled.locked, content)]
+            positions = [
+                clip.positions()[SPAN:] for clip in (playback.styled, playback.locked, unstyled.locked, content)
+            ]
             jerks.append([measures.jerk_ratio(ours, positions[-1], root) for ours in positions[:-1]])
             skates.append([np.nanmean(foot_skate(p[:, TOES])) for p in positions[1:3]])
         jerk_names = ("jerk_ratio_before_lock", "jerk_ratio_after_lock", "jerk_ratio_unstyled_after_lock")
@@ -151,4 +157,4 @@ class Further:
         self, content: Clip, source: Take, target: Take, parts: Callable[[int], Sequence[str]], strength: float = 1.0
     ):
         styles = Styles(self.model, {OWN: self.style(source), "target": self.style(target)})
-        return live(styles, content, lambda frame: {part: ("target", strength) for part in parts(frame)})
+        return play_live(styles, content, lambda frame: {part: ("target", strength) for part in parts(frame)})

@@ -21,11 +21,11 @@ from sim.motion.gait import cadence, stride_phase
 from sim.motion.metrics import foot_skate, jerk
 from sim.retarget.retarget import load_clip
 from sim.session import Session
-from stylizer.data import style_labels as labelled
+from stylizer.data import style_labels
 from stylizer.data.domains import label_of
 from stylizer.data.style_labels import labelled_files
 from stylizer.evaluation.motion_classifiers import KINDS, STEPS, TOP, Panel, panels
-from stylizer.styles import bundled_styles as bundled
+from stylizer.styles import bundled_styles
 from stylizer.styles.own_style import curving, going
 from stylizer.styles.stride_residual import stride_locked_part
 
@@ -97,7 +97,7 @@ class Motion:
     @classmethod
     def of_clip(cls, clip: Clip) -> "Motion":
         """Of a captured clip, without its ends."""
-        margin = int(len(clip) * bundled.MARGIN)
+        margin = int(len(clip) * bundled_styles.MARGIN)
         clip = clip[margin : len(clip) - margin]
         positions = clip.positions()
         return cls(positions, clip_features(clip), root_frame(positions).positions)
@@ -132,7 +132,7 @@ def play(
     )
 
 
-def wearing(style: str, strength: float = 1.0) -> dict:
+def on_all_parts(style: str, strength: float = 1.0) -> dict:
     """All five parts in one style."""
     return dict.fromkeys(PART_NAMES, (style, strength))
 
@@ -167,13 +167,13 @@ def knee_flexion(positions: np.ndarray) -> np.ndarray:
     return np.degrees(np.arccos(np.clip(np.vecdot(thigh, shin), -1.0, 1.0)))
 
 
-def posture(features: np.ndarray) -> np.ndarray:
+def mean_pose(features: np.ndarray) -> np.ndarray:
     """(21, 3) the mean place of every joint, in metres about the hips, in the character's frame."""
     positions = features[..., LAYOUT["position"]]
     return (positions - positions[:, :1]).mean(axis=0)
 
 
-def liveliness(features: np.ndarray) -> np.ndarray:
+def motion_amplitude(features: np.ndarray) -> np.ndarray:
     """(21, 6) the temporal deviation of every joint's orientation."""
     return features[..., LAYOUT["rotation"]].std(axis=0)
 
@@ -225,7 +225,7 @@ def evaluate(
     frames = sum(round((settle_seconds(movement) + seconds) * FPS) for movement in movements)
     steps = sum(map(len, files.values())) + 2 * len(KINDS) * STEPS + frames + SWITCHES * FPS
     tick = progress(steps) if progress else lambda: None
-    judges = panels(labelled.load(data_dir, tick), cache_folder(), tick)
+    classifiers = panels(style_labels.load(data_dir, tick), cache_folder(), tick)
     references = references_of(data_dir, files)
     styles = [name for name in session.stylizer.styles if name in references]
     rows, drawn_by_movement, neutral_by_movement, totals = [], {}, {}, {}
@@ -233,7 +233,7 @@ def evaluate(
         drawn, _ = play(
             session,
             [script] * (len(styles) + 1),
-            [*map(wearing, styles), {}],
+            [*map(on_all_parts, styles), {}],
             tick,
             seconds,
             settle_seconds(movement),
@@ -241,13 +241,14 @@ def evaluate(
         )
         neutral = drawn.pop()
         found = [
-            row(style, movement, motion, neutral, references[style], judges) for style, motion in zip(styles, drawn)
+            row(style, movement, motion, neutral, references[style], classifiers)
+            for style, motion in zip(styles, drawn)
         ]
         rows += found
         totals[movement] = summary(found, neutral)
         drawn_by_movement[movement], neutral_by_movement[movement] = dict(zip(styles, drawn)), neutral
     report = {
-        "judges": {kind: panel.held_out for kind, panel in judges.items()},
+        "classifiers": {kind: panel.held_out for kind, panel in classifiers.items()},
         "movements": totals,
         "rows": rows,
         "switches": switches(session, styles, tick),
@@ -264,12 +265,12 @@ def references_of(data_dir: Path, files: Mapping[tuple[str, str], Sequence[Path]
     """Style -> content (walk, run, back) -> its captured motion. Raises ValueError where a style's walk is not
     there."""
     result: dict[str, dict[str, Reference]] = {}
-    for name, (clips, _) in bundled.CLIPS.items():
+    for name, (clips, _) in bundled_styles.CLIPS.items():
         used = {Path(clip).name for clip in clips}
         for clip in clips:
-            found = labelled.labels(Path(clip).stem)
+            found = style_labels.labels(Path(clip).stem)
             content = next((kind for kind, (first, *_) in CONTENTS.items() if found and found[0] == first), None)
-            path = bundled.find_clip(data_dir, clip)
+            path = bundled_styles.find_clip(data_dir, clip)
             if content and path is None:
                 raise ValueError(f"{data_dir} lacks {clip}, which a bundled style is made of: unpack its archive there")
             if content:
@@ -294,23 +295,23 @@ def row(
     drawn: Motion,
     neutral: Motion,
     references: Mapping[str, Reference],
-    judges: Mapping[str, Panel],
+    classifiers: Mapping[str, Panel],
 ) -> dict:
     """Everything that is said of one style in one movement. Shares of a gap: posture what is left of it, liveliness
     what is closed of it, from the neutral motion to the style's clip."""
     content, reference = reference_for(movement, references)
     kind, clip = movement.split("_")[0], reference.clip
-    label = label_of(bundled.CLIPS[style][0][0].removesuffix(".bvh"))
-    judge = judges["style" if kind in ("walk", "run") else "upper_style"]
+    label = label_of(bundled_styles.CLIPS[style][0][0].removesuffix(".bvh"))
+    classifier = classifiers["style" if kind in ("walk", "run") else "upper_style"]
     result = {
         "style": style,
         "movement": movement,
         "compared_with": content,
-        "sra": judge.share(drawn.features, [label]),
-        "top3": judge.share(drawn.features, [label], TOP),
-        "cra": judges["content"].share(drawn.features, CONTENTS[kind]) if kind in CONTENTS else None,
+        "sra": classifier.share(drawn.features, [label]),
+        "top3": classifier.share(drawn.features, [label], TOP),
+        "cra": classifiers["content"].share(drawn.features, CONTENTS[kind]) if kind in CONTENTS else None,
     }
-    for name, statistic, left in (("posture", posture, True), ("liveliness", liveliness, False)):
+    for name, statistic, left in (("mean_pose", mean_pose, True), ("motion_amplitude", motion_amplitude, False)):
         whole = gap(statistic, neutral.features, clip.features)
         shares = {}
         for whose, motion in (("drawn", drawn), ("other_take", reference.other_take)):
@@ -338,7 +339,7 @@ def summary(rows: Sequence[dict], neutral: Motion) -> dict:
     (the slope of the drawn figure over the clip's); the median error of speed, cadence and stride; beside them what the
     neutral motion does."""
     result = {name: _mean(row[name] for row in rows) for name in PER_STYLE}
-    for name in ("posture", "liveliness"):
+    for name in ("mean_pose", "motion_amplitude"):
         result[name] = {
             group: {
                 whose: _weighted([(row[name][group][whose], row[f"{name}_gap"][group]) for row in rows])
@@ -386,7 +387,7 @@ def switches(
     poses = []
     for frame in range(count * FPS):
         style = styles[frame // FPS % len(styles)]
-        poses.append(session.step(Command((0.0, 1.0), style=wearing(style), pace=True)).styled)
+        poses.append(session.step(Command((0.0, 1.0), style=on_all_parts(style), pace=True)).styled)
         tick()
     session.restart()
     poses = Pose.stacked(poses)
@@ -444,7 +445,7 @@ def table(report: dict) -> str:
     for movement, total in report["movements"].items():
         shares = [
             " ".join(f"{total[name][group]['drawn']:.2f}" for group in GROUP_JOINTS)
-            for name in ("posture", "liveliness")
+            for name in ("mean_pose", "motion_amplitude")
         ]
         slopes = " ".join(f"{value:.2f}" for value in total["slopes"].values()) if total["slopes"] else "-"
         lines.append(
@@ -459,16 +460,16 @@ def table(report: dict) -> str:
             )
         )
     walk = report["movements"].get("walk_1.3")
-    if walk and walk["posture"]["legs"]["other_take"] is not None:
+    if walk and walk["mean_pose"]["legs"]["other_take"] is not None:
         lines.append(
             "another take of the same style, for walk_1.3: posture gap left "
-            + " ".join(f"{walk['posture'][group]['other_take']:.2f}" for group in GROUP_JOINTS)
+            + " ".join(f"{walk['mean_pose'][group]['other_take']:.2f}" for group in GROUP_JOINTS)
             + ", liveliness closed "
-            + " ".join(f"{walk['liveliness'][group]['other_take']:.2f}" for group in GROUP_JOINTS)
+            + " ".join(f"{walk['motion_amplitude'][group]['other_take']:.2f}" for group in GROUP_JOINTS)
         )
     lines.append(
         "judges on captured motion that they have not seen: "
-        + ", ".join(f"{kind} {value:.2f}" for kind, value in report["judges"].items())
+        + ", ".join(f"{kind} {value:.2f}" for kind, value in report["classifiers"].items())
     )
     found = report["switches"]
     lines.append(

@@ -6,7 +6,7 @@ from typing import Mapping
 
 import numpy as np
 
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT
 from stylizer.evaluation.live_benchmark import Evaluation, Motion, reference_for
@@ -31,7 +31,7 @@ def save_strips(folder: Path, evaluation: Evaluation) -> list[Path]:
         if rows:
             figure = _strip(rows)
             paths.append(folder / f"live-{style}.png")
-            with replacing(paths[-1]) as temporary:
+            with atomic_write(paths[-1]) as temporary:
                 figure.savefig(temporary, dpi=80)
             plt.close(figure)
     return paths

@@ -12,17 +12,17 @@ from sim.motion.metrics import jerk
 
 HEIGHT = 1.75  # metres: our skeleton from the soles to the crown
 BANDS = (0.5, 1.5, 3.0, 6.0, 12.0)  # Hz, the edges: stride, step, what is quicker than a step, trembling
-LEFT, GAP, GONE = 0, 1, 2  # rows of `part_gaps`
+LEFT, GAP, PROGRESS = 0, 1, 2  # rows of `part_distances`
 
 Statistic = Callable[[np.ndarray], np.ndarray]  # features (frames, 21, 15) -> (21, n)
 
 
-def posture(features: np.ndarray) -> np.ndarray:
+def mean_pose(features: np.ndarray) -> np.ndarray:
     """(21, 6) each joint's mean orientation (6-D, in the character's own frame) of features (frames, 21, 15)."""
     return features[..., LAYOUT["rotation"]].mean(axis=0)
 
 
-def liveliness(features: np.ndarray) -> np.ndarray:
+def motion_amplitude(features: np.ndarray) -> np.ndarray:
     """(21, 6) temporal deviation of each joint's orientation."""
     return features[..., LAYOUT["rotation"]].std(axis=0)
 
@@ -39,10 +39,10 @@ def spectrum(features: np.ndarray, fps: float = FPS) -> np.ndarray:
     return np.stack([np.sqrt(power[band == b].sum(axis=(0, 2))) for b in range(1, len(BANDS))], axis=1)
 
 
-STATISTICS: dict[str, Statistic] = {"posture": posture, "liveliness": liveliness, "spectrum": spectrum}
+STATISTICS: dict[str, Statistic] = {"mean_pose": mean_pose, "motion_amplitude": motion_amplitude, "spectrum": spectrum}
 
 
-def part_gaps(output: np.ndarray, content: np.ndarray, style: np.ndarray) -> np.ndarray:
+def part_distances(output: np.ndarray, content: np.ndarray, style: np.ndarray) -> np.ndarray:
     """How far a statistic (21, n) of the content has come to the style's, part by part: (3, 5).
 
     Rows: LEFT |output - style|; GAP |content - style|; GONE, how far the output went along the straight way. Summed
@@ -51,19 +51,23 @@ def part_gaps(output: np.ndarray, content: np.ndarray, style: np.ndarray) -> np.
     def length(a: np.ndarray) -> np.ndarray:
         return np.sqrt(np.bincount(PART_OF_JOINT, np.sum(a * a, axis=1)))
 
-    way, gone = style - content, output - content
-    gap = length(way)
+    direction, progress = style - content, output - content
+    gap = length(direction)
     return np.stack(
-        [length(output - style), gap, np.bincount(PART_OF_JOINT, np.sum(gone * way, axis=1)) / np.maximum(gap, 1e-9)]
+        [
+            length(output - style),
+            gap,
+            np.bincount(PART_OF_JOINT, np.sum(progress * direction, axis=1)) / np.maximum(gap, 1e-9),
+        ]
     )
 
 
 def shares(gaps: np.ndarray) -> dict[str, dict[str, float]]:
-    """Part -> `closed`, 1 - what is left / what there was, and `gone`, the share of the way along the gap, from
-    `part_gaps`."""
+    """Part -> `gap_closed`, 1 - what is left / what there was, and `progress`, the share of the way along the gap, from
+    `part_distances`."""
     gap = np.maximum(gaps[GAP], 1e-9)
-    closed, gone = 1 - gaps[LEFT] / gap, gaps[GONE] / gap
-    return {part: {"closed": float(c), "gone": float(g)} for part, c, g in zip(PART_NAMES, closed, gone)}
+    gap_closed, progress = 1 - gaps[LEFT] / gap, gaps[PROGRESS] / gap
+    return {part: {"closed": float(c), "progress": float(g)} for part, c, g in zip(PART_NAMES, gap_closed, progress)}
 
 
 def joint_error(a: np.ndarray, b: np.ndarray) -> float:

@@ -36,7 +36,7 @@ HOP = 32  # frames between two windows that are judged
 TOP = 3
 
 
-class Judge(nn.Module):
+class MotionClassifier(nn.Module):
     """Joint positions (B, SAMPLES, n 3) -> logits (B, labels)."""
 
     def __init__(self, labels: Sequence[str], joints: np.ndarray) -> None:
@@ -87,14 +87,14 @@ class Panel:
     """Two judges of one kind, and how often each is right about the half of the labelled motion that it has not
     seen."""
 
-    judges: tuple[Judge, Judge]
+    classifiers: tuple[MotionClassifier, MotionClassifier]
     held_out: float
 
     def ranks(self, features: np.ndarray) -> list[list[str]]:
         """For each window of features (frames, 21, 15) the labels, the likeliest first."""
         windows = windows_of(features)
-        both = np.mean([judge.probabilities(windows) for judge in self.judges], axis=0)
-        return [[self.judges[0].labels[i] for i in order] for order in (-both).argsort(axis=1)]
+        both = np.mean([classifier.probabilities(windows) for classifier in self.classifiers], axis=0)
+        return [[self.classifiers[0].labels[i] for i in order] for order in (-both).argsort(axis=1)]
 
     def share(self, features: np.ndarray, wanted: Sequence[str], top: int = 1) -> float:
         """The share of a motion's windows in which a wanted label is among the `top` likeliest."""
@@ -109,32 +109,34 @@ def panels(data: Labelled, folder: Path, tick: Callable[[], object] = lambda: No
     result = {}
     for kind, (label, joints) in KINDS.items():
         labels = sorted({getattr(take, label) for half in halves for take in half})
-        judges = tuple(_trained(kind, Judge(labels, joints), label, half, folder, tick) for half in halves)
+        classifiers = tuple(
+            _trained(kind, MotionClassifier(labels, joints), label, half, folder, tick) for half in halves
+        )
         right = [
             np.mean(
                 [
                     np.mean(
                         [
-                            judge.labels[i] == getattr(take, label)
-                            for i in judge.probabilities(windows_of(take.features)).argmax(axis=1)
+                            classifier.labels[i] == getattr(take, label)
+                            for i in classifier.probabilities(windows_of(take.features)).argmax(axis=1)
                         ]
                     )
                     for take in other
                 ]
             )
-            for judge, other in zip(judges, halves[::-1])
+            for classifier, other in zip(classifiers, halves[::-1])
         ]
-        result[kind] = Panel(judges, float(np.mean(right)))
+        result[kind] = Panel(classifiers, float(np.mean(right)))
     return result
 
 
 def _trained(
-    kind: str, judge: Judge, label: str, takes: Sequence[Take], folder: Path, tick: Callable[[], object]
-) -> Judge:
-    told = [
+    kind: str, classifier: MotionClassifier, label: str, takes: Sequence[Take], folder: Path, tick: Callable[[], object]
+) -> MotionClassifier:
+    described = [
         kind,
-        judge.labels,
-        judge.joints.tolist(),
+        classifier.labels,
+        classifier.joints.tolist(),
         WIDTH,
         KERNELS,
         STRIDES,
@@ -148,32 +150,32 @@ def _trained(
         PACES,
         [(take.path.name, len(take.clip), round(float(take.clip.rotations.sum()), 3)) for take in takes],
     ]
-    path = folder / f"{kind}-{hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]}.safetensors"
-    return train_once(judge, path, lambda: _train(judge, label, takes, tick), STEPS, tick)
+    path = folder / f"{kind}-{hashlib.sha256(json.dumps(described).encode()).hexdigest()[:16]}.safetensors"
+    return train_once(classifier, path, lambda: _train(classifier, label, takes, tick), STEPS, tick)
 
 
-def _train(judge: Judge, label: str, takes: Sequence[Take], tick: Callable[[], object]) -> None:
+def _train(classifier: MotionClassifier, label: str, takes: Sequence[Take], tick: Callable[[], object]) -> None:
     """AdamW with a learning rate that falls along a cosine; every label that these takes show is drawn equally
     often."""
     random = np.random.default_rng(0)
-    by_label = {name: [take for take in takes if getattr(take, label) == name] for name in judge.labels}
+    by_label = {name: [take for take in takes if getattr(take, label) == name] for name in classifier.labels}
     shown = [name for name, found in by_label.items() if found]
-    everything = np.concatenate([places(take.features, judge.joints) for take in takes])
+    everything = np.concatenate([places(take.features, classifier.joints) for take in takes])
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
-        for module in (*judge.convs, judge.head):
+        for module in (*classifier.convs, classifier.head):
             module.reset_parameters()
-        judge.mean.copy_(torch.from_numpy(everything.mean(axis=0)))
-        judge.deviation.copy_(torch.from_numpy(np.maximum(everything.std(axis=0), LEAST_DEVIATION)))
-        optimizer = torch.optim.AdamW(judge.parameters(), LEARNING_RATE, weight_decay=WEIGHT_DECAY)
+        classifier.mean.copy_(torch.from_numpy(everything.mean(axis=0)))
+        classifier.deviation.copy_(torch.from_numpy(np.maximum(everything.std(axis=0), LEAST_DEVIATION)))
+        optimizer = torch.optim.AdamW(classifier.parameters(), LEARNING_RATE, weight_decay=WEIGHT_DECAY)
         schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, STEPS)
-        judge.train()
+        classifier.train()
         for _ in range(STEPS):
             names = random.choice(shown, BATCH)
             takes_drawn = [by_label[name][random.integers(len(by_label[name]))] for name in names]
-            batch = np.stack([_paced(random, take.features, judge.joints) for take in takes_drawn])
-            answers = torch.tensor([judge.labels.index(name) for name in names])
-            loss = F.cross_entropy(judge(torch.from_numpy(batch)), answers, label_smoothing=SMOOTHING)
+            batch = np.stack([_paced(random, take.features, classifier.joints) for take in takes_drawn])
+            answers = torch.tensor([classifier.labels.index(name) for name in names])
+            loss = F.cross_entropy(classifier(torch.from_numpy(batch)), answers, label_smoothing=SMOOTHING)
             optimizer.zero_grad(set_to_none=True)
             loss.backward()
             optimizer.step()

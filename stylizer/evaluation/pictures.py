@@ -11,22 +11,22 @@ import torch
 
 from sim.body.kinematics import to_local
 from sim.body.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT, expand_part
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.math import rotations as rot
 from sim.motion.clip import Clip, root_frame
 from sim.motion.features import STRIDE, WINDOW, clip_features
 from sim.retarget.retarget import load_clip
-from stylizer.networks import checkpoint as weights
-from stylizer.networks.layers import PartStyle
+from stylizer.networks.layers import BlockFeatures
 from stylizer.runtime.attention import attention_map
-from stylizer.runtime.offline import Look, as_pose, clip_style, stylize
+from stylizer.runtime.offline import ResolvedStyle, as_pose, clip_style, stylize
 from stylizer.runtime.pose_delta import apply_delta, pose_delta, rotations_of_delta
-from stylizer.styles import bundled_styles as bundled
+from stylizer.styles import bundled_styles
 from stylizer.styles.encoding import encode
 from stylizer.styles.style_clips import SHORTEST, single, style_windows
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
+from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import Style, expand_batch
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, expand_batch
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backend that needs no display
@@ -43,39 +43,41 @@ CONTENT = "accad/Male1_B3_Walk.bvh"  # the walk that is restyled
 def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     """Draws all pictures into a folder, made if missing. Raises ValueError or OSError where clips or folder do not
     serve."""
-    paths = {name: bundled.find_clip(data_dir, clips[0]) for name, (clips, _) in bundled.CLIPS.items()}
+    paths = {name: bundled_styles.find_clip(data_dir, clips[0]) for name, (clips, _) in bundled_styles.CLIPS.items()}
     clips = {name: _middle(load_clip(path)) for name, path in paths.items() if path}
-    content = bundled.find_clip(data_dir, CONTENT)
+    content = bundled_styles.find_clip(data_dir, CONTENT)
     if len(clips) < 2 or not content:
         raise ValueError(f"{data_dir} lacks {CONTENT} or the clips of the bundled styles: unpack the archives there")
-    model, _ = weights.load()
+    model, _ = checkpoint.load()
     content = load_clip(content)
-    looks = {name: encode(model, style_windows(clip_features(clip))) for name, clip in clips.items()}
+    encoded = {name: encode(model, style_windows(clip_features(clip))) for name, clip in clips.items()}
     drawings = {
-        "content-only": lambda: content_only(model, {"neutral": content, **clips}, looks),
-        "interpolation": lambda: interpolation(model, content, looks),
-        "locality": lambda: locality(model, content, looks, clips),
+        "content-only": lambda: content_only(model, {"neutral": content, **clips}, encoded),
+        "interpolation": lambda: interpolation(model, content, encoded),
+        "locality": lambda: locality(model, content, encoded, clips),
     }
     for part in ("left_leg", "left_arm") if model.config.attention else ():
         drawings[f"attention-{part}"] = partial(attention, model, content, clips, part)
-    for name, look in looks.items():
-        drawings[f"style-{name}"] = partial(strip, model, content, clips[name], look, name)
+    for name, features in encoded.items():
+        drawings[f"style-{name}"] = partial(strip, model, content, clips[name], features, name)
     folder.mkdir(parents=True, exist_ok=True)
     for name, draw in drawings.items():
         figure = draw()
-        with replacing(folder / f"{name}.png") as temporary:
+        with atomic_write(folder / f"{name}.png") as temporary:
             figure.savefig(temporary, dpi=90)
         plt.close(figure)
     return [folder / f"{name}.png" for name in drawings]
 
 
-def strip(model: MotionPuzzle, content: Clip, style: Clip, look: Style, name: str):
+def strip(model: MotionPuzzle, content: Clip, style: Clip, features: StyleFeatures, name: str):
     """Neutral walk, style clip and output, a row each."""
-    output = stylize(model, content, {part: Look(single(look, clip_features(style))) for part in PART_NAMES})
+    output = stylize(
+        model, content, {part: ResolvedStyle(single(features, clip_features(style))) for part in PART_NAMES}
+    )
     return _rows({"neutral": (content, SOURCE), f"{name} (clip)": (style, TARGET), "output": (output, OUTPUT)})
 
 
-def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], looks: Mapping[str, Style]):
+def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], encoded: Mapping[str, StyleFeatures]):
     """What is left of content without a style of its own (Fig. 8): it wears the mean of all."""
     names = [name for name in ("neutral", "marching", "hunched") if name in clips]
     rows = {}
@@ -84,7 +86,7 @@ def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], looks: Mapping[
         own = clip_style(model, features)
         batch = model.normalize(torch.from_numpy(_whole_windows(features).astype(np.float32)))
         with torch.inference_mode():
-            answer, _ = model(batch, *(expand_batch(style, batch.shape[1]) for style in (_mean(looks), own.features)))
+            answer, _ = model(batch, *(expand_batch(style, batch.shape[1]) for style in (_mean(encoded), own.features)))
             answer = model.restore(answer).double().numpy()
         seen = clips[name][: len(answer) * WINDOW * STRIDE : STRIDE]
         pose = as_pose(seen)
@@ -95,15 +97,17 @@ def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], looks: Mapping[
     return _rows(rows, step=STRIDE)
 
 
-def interpolation(model: MotionPuzzle, content: Clip, looks: Mapping[str, Style]):
+def interpolation(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures]):
     """From one style to another in five steps (Fig. 12), whole body and arms alone."""
-    first, other = _two(looks)
-    looks = {name: single(looks[name], clip_features(content)) for name in (first, other)}
+    first, other = _two(encoded)
+    encoded = {name: single(encoded[name], clip_features(content)) for name in (first, other)}
     figure, panels = plt.subplots(2, 5, figsize=(11, 5), layout="constrained")
     for row, group in zip(panels, ("all", "arms")):
         for axes, share in zip(row, np.linspace(0, 1, 5)):
             output = stylize(
-                model, content, {part: Look(looks[first], 1.0, looks[other], share) for part in expand_part(group)}
+                model,
+                content,
+                {part: ResolvedStyle(encoded[first], 1.0, encoded[other], share) for part in expand_part(group)},
             )
             touched = set(expand_part(group))
             _row(axes, output, OUTPUT, TOUCHED, touched if group != "all" else set(), count=2)
@@ -111,15 +115,15 @@ def interpolation(model: MotionPuzzle, content: Clip, looks: Mapping[str, Style]
     return figure
 
 
-def locality(model: MotionPuzzle, content: Clip, looks: Mapping[str, Style], clips: Mapping[str, Clip]):
+def locality(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures], clips: Mapping[str, Clip]):
     """One style on one part of the body at a time (Fig. 11), what is restyled in red."""
-    _, name = _two(looks)
+    _, name = _two(encoded)
     figure, panels = plt.subplots(2, 4, figsize=(14, 5.4), layout="constrained")
-    look = single(looks[name], clip_features(clips[name]))
+    features = single(encoded[name], clip_features(clips[name]))
     shown = [("source", content, SOURCE, set()), (f"{name} (clip)", clips[name], TARGET, set())]
     for group in (*PART_NAMES, "all"):
         touched = set(expand_part(group))
-        output = stylize(model, content, {part: Look(look) for part in touched})
+        output = stylize(model, content, {part: ResolvedStyle(features) for part in touched})
         shown.append((f"{name} on {group.replace('_', ' ')}", output, OUTPUT, touched))
     for axes, (title, clip, color, touched) in zip(panels.flat, shown):
         _row(axes, clip, color, TOUCHED, touched, count=4)
@@ -241,7 +245,7 @@ def finish_axes(axes) -> None:
 
 def _middle(clip: Clip) -> Clip:
     """The clip without its ends, as the bundled styles are computed."""
-    margin = int(len(clip) * bundled.MARGIN)
+    margin = int(len(clip) * bundled_styles.MARGIN)
     return clip[margin : len(clip) - margin]
 
 
@@ -251,13 +255,13 @@ def _whole_windows(features: np.ndarray) -> np.ndarray:
     return features[: count * WINDOW * STRIDE : STRIDE].reshape(count, WINDOW, *features.shape[1:])
 
 
-def _mean(looks: Mapping[str, Style]) -> Style:
+def _mean(encoded: Mapping[str, StyleFeatures]) -> StyleFeatures:
     """The mean of styles with as many tokens each."""
     return {
-        level: PartStyle(
-            *(torch.stack(values).mean(dim=0) for values in zip(*(look[level] for look in looks.values())))
+        level: BlockFeatures(
+            *(torch.stack(values).mean(dim=0) for values in zip(*(features[level] for features in encoded.values())))
         )
-        for level in next(iter(looks.values()))
+        for level in next(iter(encoded.values()))
     }
 
 

@@ -11,12 +11,13 @@ from sim.latency import Latency
 from sim.motion.clip import FPS, Clip
 from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.session import Session
-from sim.style_spec import Worn
+from sim.style_spec import PartLike, StyleSpec
 from stylizer.networks.normalization import Scaled
 from stylizer.runtime import catalogue
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.offline import as_pose
 from stylizer.styles.style_clips import StyleClips
+from stylizer.systems.registry import SYSTEMS, System
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,11 @@ class Styles:
 
     model: Scaled
     styles: Mapping[str, StyleClips]
+    controller: str | None = None  # whose motion the own style is: a clip's, not a controller's
+
+    @property
+    def system(self) -> System:
+        return SYSTEMS[self.model.KIND]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -35,7 +41,7 @@ class Styles:
 
 
 @dataclass(frozen=True)
-class Stream:
+class Playback:
     """What came out: as the stylizer gave it, after the foot lock, and the stylizer's seconds a frame."""
 
     styled: Clip
@@ -43,19 +49,21 @@ class Stream:
     seconds: float
 
 
-def live(styles: Styles, content: Clip, worn: Callable[[int], Mapping[str, Worn]]) -> Stream:
+def play_live(styles: Styles, content: Clip, style: Callable[[int], Mapping[str, PartLike]]) -> Playback:
     """A clip (60 Hz, grounded) played as if the controller made it; worn(frame) is what the parts wear in each
     frame."""
     stylizer, latency = _Watched(catalogue.stylizer_of(styles)), Latency()
     session = Session(_Player(content), stylizer, latency)
-    locked = [session.step(Command(style=worn(frame))).styled for frame in range(len(content))]
+    locked = [session.step(Command(style=style(frame))).styled for frame in range(len(content))]
     seconds = float(np.mean(latency.seconds["stylizer"]))
-    return Stream(as_clip(stylizer.styled), as_clip(locked), seconds)
+    return Playback(as_clip(stylizer.styled), as_clip(locked), seconds)
 
 
 class _Player:
-    """A `sim.session.Controller` that gives a clip's frames, one after the other, whatever it is told; only how far its
-    root goes with each is as far as styled legs carry it."""
+    """A `sim.protocols.Controller` that gives a clip's frames, one after the other, whatever it is told; only how far
+    its root goes with each is as far as styled legs carry it."""
+
+    fingerprint = trajectory = None
 
     def __init__(self, clip: Clip) -> None:
         self.poses = as_pose(clip)
@@ -75,7 +83,9 @@ class _Player:
 
 
 class _Watched:
-    """A `sim.session.Stylizer` that keeps what another one makes."""
+    """A `sim.protocols.Stylizer` that keeps what another one makes."""
+
+    own_of = None
 
     def __init__(self, stylizer: LiveStylizer) -> None:
         self.stylizer = stylizer
@@ -85,7 +95,7 @@ class _Watched:
         self.stylizer.restart()
         self.styled: list[Pose] = []
 
-    def step(self, window: np.ndarray, neutral: Pose, style: Mapping[str, Worn], travel: float = 1.0) -> Pose:
+    def step(self, window: np.ndarray, neutral: Pose, style: StyleSpec, travel: float = 1.0) -> Pose:
         self.styled.append(self.stylizer.step(window, neutral, style, travel))
         return self.styled[-1]
 

@@ -8,13 +8,13 @@ from typing import Callable, Iterable
 import torch
 
 from sim.io.user_dirs import cache_folder
-from stylizer.data import style_labels as labelled
+from stylizer.data import style_labels
 from stylizer.data.style_labels import Labelled
-from stylizer.evaluation.classifier import STEPS, judge
-from stylizer.evaluation.combinations import combinations, folds, real_where_unknown
+from stylizer.evaluation.classifier import STEPS, load_classifier
 from stylizer.evaluation.figures import Further
-from stylizer.evaluation.transfer_benchmark import TRIALS, Judges, Transfer, milliseconds, real_row, row
-from stylizer.networks import checkpoint as weights
+from stylizer.evaluation.held_out_pairs import folds, held_out_pairs, real_where_unknown
+from stylizer.evaluation.transfer_benchmark import TRIALS, Classifiers, Transfer, measure_real, milliseconds, row
+from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
 # What is measured, in the order of the table: name of the weights, offline or live, pairs a trial. Where the weights
@@ -34,7 +34,7 @@ LEFT_OUT = "left_out"  # weights whose training left some styles out, and what t
 LEFT_OUT_SIZE = SAME_CONTENT_SIZE = 22
 REAL_SIZE = 88
 FURTHER_FIGURES = 5
-SHIPPED = weights.SLIM
+SHIPPED = checkpoint.SLIM
 
 Progress = Callable[[int], Callable[[], object]]
 
@@ -59,17 +59,17 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
     found = weights_found([*(name for name, _, _ in ROWS), LEFT_OUT], folder)
     left_out = found.pop(LEFT_OUT, None)
     present = [entry for entry in ROWS if entry[0] in found]
-    files = labelled.labelled_files(data_dir)
+    files = style_labels.labelled_files(data_dir)
     kept = folds(files)
     steps = sum(map(len, files.values())) + 2 * STEPS * (1 + len(kept)) + FURTHER_FIGURES
     steps += TRIALS * (sum(size for _, _, size in present) + 2 * SAME_CONTENT_SIZE + (LEFT_OUT_SIZE if left_out else 0))
     tick = progress(steps) if progress else lambda: None
-    models = {name: weights.load(name, where)[0] for name, where in found.items()}
-    data, judges = judged(data_dir, tick)
+    models = {name: checkpoint.load(name, where)[0] for name, where in found.items()}
+    data, classifiers = load_data_and_classifiers(data_dir, tick)
     rows = []
     for name, mode, size in present:
         transfer = Transfer(models[name], mode)
-        figures = row(transfer, data.generate, judges, size, tick)
+        figures = row(transfer, data.generate, classifiers, size, tick)
         rows.append(
             {
                 "model": name,
@@ -83,12 +83,12 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
     for mode in ("offline", "live"):
         transfer = Transfer(models[SHIPPED], mode)
         figures[f"same_content_{mode}"] = row(
-            transfer, data.generate, judges, SAME_CONTENT_SIZE, tick, same_content=True
+            transfer, data.generate, classifiers, SAME_CONTENT_SIZE, tick, same_content=True
         )
     if left_out:
-        figures[LEFT_OUT] = _unseen(left_out / f"{LEFT_OUT}.safetensors", data, judges, tick)
+        figures[LEFT_OUT] = _unseen(left_out / f"{LEFT_OUT}.safetensors", data, classifiers, tick)
     figures["real_where_unknown"] = real_where_unknown(data, kept, cache_folder(), tick)
-    report = {"real": real_row(data.generate, judges, REAL_SIZE), "rows": rows, "figures": figures}
+    report = {"real": measure_real(data.generate, classifiers, REAL_SIZE), "rows": rows, "figures": figures}
     wanted = dict.fromkeys([name for name, _, _ in ROWS] + [LEFT_OUT])
     there = {*found, *([LEFT_OUT] if left_out else [])}
     notes = [f"no weights for {name}: its row is left out" for name in wanted if name not in there]
@@ -97,28 +97,28 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
 
 def weights_found(names: Iterable[str], folder: Path | None) -> dict[str, Path]:
     """Of these names the weights that are in the package or in `folder`, which goes first, and where they are."""
-    folders = [weights.FOLDER, *([folder] if folder else [])]
+    folders = [checkpoint.FOLDER, *([folder] if folder else [])]
     return {name: where for name in names for where in folders if (where / f"{name}.safetensors").exists()}
 
 
-def judged(data_dir: Path, tick: Callable[[], object]) -> tuple[Labelled, Judges]:
+def load_data_and_classifiers(data_dir: Path, tick: Callable[[], object]) -> tuple[Labelled, Classifiers]:
     """The labelled motion and judges trained on it, on one thread as all that is timed; calls tick once a file and a
     step."""
     torch.set_num_threads(1)
     torch.set_flush_denormal(True)
-    data = labelled.load(data_dir, tick)
-    judges = (judge(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style"))
-    return data, Judges(*judges, frozenset(combinations(data.classify)))
+    data = style_labels.load(data_dir, tick)
+    classifiers = (load_classifier(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style"))
+    return data, Classifiers(*classifiers, frozenset(held_out_pairs(data.classify)))
 
 
-def _unseen(path: Path, data: Labelled, judges: Judges, tick: Callable[[], object]) -> dict:
+def _unseen(path: Path, data: Labelled, classifiers: Classifiers, tick: Callable[[], object]) -> dict:
     """How weights do on the styles that `patchwalk train stylizer --leave-out WORD ...` kept from them."""
-    words = weights.read(path)[0]["command"].partition("--leave-out ")[2].split()
+    words = checkpoint.read(path)[0]["command"].partition("--leave-out ")[2].split()
     targets = [take for take in data.generate if any(word in take.path.stem.lower() for word in words)]
     if not targets:
         raise ValueError(f"{path} says of no labelled style that it was left out: train it with --leave-out WORD ...")
-    model, _ = weights.load(path.stem, path.parent)
-    figures = row(Transfer(model, "offline"), data.generate, judges, LEFT_OUT_SIZE, tick, targets)
+    model, _ = checkpoint.load(path.stem, path.parent)
+    figures = row(Transfer(model, "offline"), data.generate, classifiers, LEFT_OUT_SIZE, tick, targets)
     return {"styles": sorted({take.style for take in targets}), "sra": figures["sra"], "cra": figures["cra"]}
 
 

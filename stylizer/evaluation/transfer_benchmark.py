@@ -13,12 +13,12 @@ from sim.motion.features import clip_features
 from sim.motion.metrics import foot_skate, frechet_distance, jerk
 from stylizer.data.style_labels import SHORTEST, Take, draw, windows
 from stylizer.evaluation.classifier import Classifier
-from stylizer.evaluation.combinations import Combination
+from stylizer.evaluation.held_out_pairs import Pair
 from stylizer.evaluation.metrics import geodesic
-from stylizer.evaluation.playback import Styles, live
+from stylizer.evaluation.playback import Styles, play_live
 from stylizer.networks.normalization import Scaled
 from stylizer.runtime.live import OWN
-from stylizer.runtime.offline import Look, answer, clip_style, put_on
+from stylizer.runtime.offline import ResolvedStyle, apply_styled, clip_style, evaluate
 
 TRIALS = 10
 WARM_UP = 40  # frames before the judged window: a live stream has reached its strength by then
@@ -34,10 +34,10 @@ Figures = dict[str, list[float] | None]  # [mean, deviation] over the trials
 
 
 @dataclass(frozen=True)
-class Judges:
+class Classifiers:
     content: Classifier
     style: Classifier
-    known: frozenset[Combination] = frozenset()  # what they have seen
+    known: frozenset[Pair] = frozenset()  # what they have seen
 
 
 class Transfer:
@@ -51,44 +51,44 @@ class Transfer:
     def __call__(self, content: Clip, source: Take, target: Take) -> tuple[np.ndarray, Clip]:
         own, style = self.style(source), self.style(target)
         if self.mode == "live":
-            stream = live(
+            playback = play_live(
                 Styles(self.model, {OWN: own, TARGET: style}),
                 content,
                 lambda _: {part: (TARGET, 1.0) for part in PART_NAMES},
             )
-            self.seconds += stream.seconds * len(content)
-            result = clip_features(stream.styled), stream.locked
+            self.seconds += playback.seconds * len(content)
+            result = clip_features(playback.styled), playback.locked
         else:
             start = time.perf_counter()
-            styled = answer(self.model, clip_features(content), {part: Look(style) for part in PART_NAMES})
-            result = styled, put_on(content, styled, np.ones(len(PART_NAMES)))
+            styled = evaluate(self.model, clip_features(content), {part: ResolvedStyle(style) for part in PART_NAMES})
+            result = styled, apply_styled(content, styled, np.ones(len(PART_NAMES)))
             self.seconds += time.perf_counter() - start
         self.frames += len(content)
         return result
 
 
-def real_row(takes: Sequence[Take], judges: Judges, size: int) -> Figures:
+def measure_real(takes: Sequence[Take], classifiers: Classifiers, size: int) -> Figures:
     """The figures of real motion, measured alike; its distance is that of one random half from the other."""
     trials = []
     for trial in range(TRIALS):
         random = np.random.default_rng(trial)
         chosen = [takes[i] for i in _balanced(random, takes, "style", size)]
         clips = [_segment(random, take.clip) for take in chosen]
-        judged = _judged(_windows_of(clips), [t.content for t in chosen], [t.style for t in chosen], judges)
+        recognised = _recognise(_windows_of(clips), [t.content for t in chosen], [t.style for t in chosen], classifiers)
         order = random.permutation(len(chosen))
         halves = [_windows_of([clips[i] for i in half]) for half in (order[::2], order[1::2])]
         distances = {
-            name: frechet_distance(*(judge.names(half)[1] for half in halves))
-            for name, judge in (("fmd", judges.content), ("style_fid", judges.style))
+            name: frechet_distance(*(classifier.names(half)[1] for half in halves))
+            for name, classifier in (("fmd", classifiers.content), ("style_fid", classifiers.style))
         }
-        trials.append(judged | distances | {"skate_cm_s": _drawn(clips, clips)["skate_cm_s"]})
+        trials.append(recognised | distances | {"skate_cm_s": _drawn(clips, clips)["skate_cm_s"]})
     return _summary(trials)
 
 
 def row(
     transfer: Transfer,
     takes: Sequence[Take],
-    judges: Judges,
+    classifiers: Classifiers,
     size: int,
     tick: Callable[[], object],
     targets: Sequence[Take] | None = None,
@@ -100,7 +100,7 @@ def row(
     targets = takes if targets is None else targets
     sources = [take for take in takes if len(take.clip) >= SEGMENT]
     real = np.concatenate([windows(t.features, np.unique([0, len(t.features) - SHORTEST])) for t in takes])
-    reference = judges.content.names(real)[1], judges.style.names(real)[1]
+    reference = classifiers.content.names(real)[1], classifiers.style.names(real)[1]
     trials = []
     for trial in range(TRIALS):
         random = np.random.default_rng(trial)
@@ -119,31 +119,31 @@ def row(
             outputs.append(drawn)
             tick()
         labels = [s.content for s, _ in pairs], [t.style for _, t in pairs]
-        of_drawn = _judged(_windows_of(outputs), *labels, judges, reference)
+        of_drawn = _recognise(_windows_of(outputs), *labels, classifiers, reference)
         trials.append(
-            _judged(np.stack(answers), *labels, judges, reference)
+            _recognise(np.stack(answers), *labels, classifiers, reference)
             | _drawn(outputs, contents)
             | {f"drawn_{name}": value for name, value in of_drawn.items()}
         )
     return _summary(trials)
 
 
-def _judged(
+def _recognise(
     motion: np.ndarray,
     content: Sequence[str],
     style: Sequence[str],
-    judges: Judges,
+    classifiers: Classifiers,
     reference: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> dict[str, float | None]:
     """JUDGED of windows (n, SAMPLES, 21, 15), with their labels and what both judges see in real ones."""
-    named_content, of_content = judges.content.names(motion)
-    named_style, of_style = judges.style.names(motion)
+    named_content, of_content = classifiers.content.names(motion)
+    named_style, of_style = classifiers.style.names(motion)
     distances = {
         name: None if reference is None else frechet_distance(features, real)
         for name, features, real in zip(("fmd", "style_fid"), (of_content, of_style), reference or (None, None))
     }
     right = {"sra": np.array(named_style) == style, "cra": np.array(named_content) == content}
-    known = np.array([pair in judges.known for pair in zip(content, style)])
+    known = np.array([pair in classifiers.known for pair in zip(content, style)])
     split = {
         f"{name}_{kind}": float(hits[which].mean()) if which.any() else None
         for kind, which in (("known", known), ("unknown", ~known))

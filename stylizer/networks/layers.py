@@ -145,7 +145,7 @@ class Parts(nn.Module):
         return mean, ((x - mean).square() * weight).sum((1, 3), keepdim=True)
 
 
-class PartStyle(NamedTuple):
+class BlockFeatures(NamedTuple):
     """What one level of the decoder needs to know of a style; the body part is axis 0, so parts can be mixed (Eq. 5).
 
     scale, bias: (5, B, C) of AdaIN; keys, values: (5, B, S, C) of the attention, S style tokens."""

@@ -1,8 +1,6 @@
 """What all style-transfer networks share: their configuration, and the statistics that scale motion features for
 them."""
 
-from dataclasses import asdict
-
 import numpy as np
 import torch
 from torch import Tensor, nn
@@ -38,7 +36,3 @@ class Scaled(nn.Module):
 
     def parameter_count(self) -> int:
         return sum(p.numel() for p in self.parameters())
-
-    def settings(self) -> dict:
-        """The configuration as plain values, for a weight file's header."""
-        return asdict(self.config)

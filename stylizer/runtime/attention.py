@@ -5,7 +5,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from stylizer.networks.layers import PartStyle
+from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.encoding import TOKEN_WINDOWS
 from stylizer.styles.style_clips import WINDOW
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
@@ -14,7 +14,7 @@ LEVEL = 2  # the finest graph with attention: two vertices a part, 15 samples a 
 
 
 @torch.inference_mode()
-def attention_map(model: MotionPuzzle, motion: Tensor, style: dict[int, PartStyle], part: int) -> np.ndarray:
+def attention_map(model: MotionPuzzle, motion: Tensor, style: dict[int, BlockFeatures], part: int) -> np.ndarray:
     """How much the content at each sample (rows) looks at each sample of the style clips (columns); rows add up to 1.
 
     motion: normalized, (21, 1, T, 15); style: of every part, as the decoder wants it; part: its place in PART_NAMES.

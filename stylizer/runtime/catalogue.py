@@ -2,24 +2,24 @@
 
 import torch
 
-from stylizer.networks import checkpoint as weights
 from stylizer.runtime.live import LiveStylizer
-from stylizer.styles.bank import Bank
+from stylizer.styles.bank import StyleBank
+from stylizer.systems import checkpoint
 
 
 def names() -> tuple[str, ...]:
     """The stylizers whose weights come with this package, the one that is used unless another is named first."""
-    found = sorted(path.stem for path in weights.FOLDER.glob("*.safetensors"))
-    return tuple(sorted(found, key=lambda name: name != weights.SLIM))
+    found = sorted(path.stem for path in checkpoint.FOLDER.glob("*.safetensors"))
+    return tuple(sorted(found, key=lambda name: name != checkpoint.SLIM))
 
 
-def bank(name: str | None = None) -> Bank:
+def bank(name: str | None = None) -> StyleBank:
     """The style bank of the named weights (None: the shipped ones).
 
     Raises ValueError where there are none of that name, or they or their styles do not fit."""
-    name = name or weights.SLIM
-    if weights.kind(name) == weights.MOTION_PUZZLE:
-        return Bank(name)
+    name = name or checkpoint.SLIM
+    if checkpoint.system(name).by_part:
+        return StyleBank(name)
     from stylizer.styles.code_bank import CodeBank
 
     return CodeBank(name)
@@ -27,7 +27,7 @@ def bank(name: str | None = None) -> Bank:
 
 def stylizer_of(bank) -> LiveStylizer:
     """The live stylizer of a bank, or of what is as much of one as it needs (stylizer.evaluation.playback.Styles)."""
-    if bank.model.KIND == weights.MOTION_PUZZLE:
+    if bank.system.by_part:
         return LiveStylizer(bank)
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
 

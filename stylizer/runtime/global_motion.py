@@ -10,8 +10,9 @@ from sim.body.skeleton import PART_NAMES
 from sim.math import rotations as rot
 from sim.motion.clip import FPS, Clip, root_frame
 from sim.motion.features import clip_features
-from sim.style_spec import Worn, names
+from sim.style_spec import PartLike, PartSpec, StyleSpec
 from stylizer.runtime.overlap import overlapped
+from stylizer.systems.registry import GlobalMotion
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
 SLOWEST, QUICKEST = 0.5, 2.0  # factors of a warp beyond which a style is no judge of the content's pace
@@ -24,23 +25,23 @@ def warped(styled: Clip, content: np.ndarray, styles: Sequence[float]) -> Clip:
 
 
 def rerouted(model: WholeBody, styled: Clip) -> Clip:
-    """The clip on the way that the network reads from its local motion.
-
-    Raises ValueError for a system that has no such network."""
-    if not hasattr(model, "root_way"):
-        raise ValueError(
-            f"the {model.KIND} stylizer leaves the way over the floor to the content: leave --global-motion out"
-        )
+    """The clip at the root velocity that the network predicts from its local motion."""
 
     @torch.inference_mode()
-    def ask(windows: np.ndarray) -> np.ndarray:
-        way = model.root_way(model.normalize(torch.from_numpy(windows.astype(np.float32))))
-        return way[None, :, :, None].double().numpy()
+    def evaluate(windows: np.ndarray) -> np.ndarray:
+        root_velocity = model.predict_root_velocity(model.normalize(torch.from_numpy(windows.astype(np.float32))))
+        return root_velocity[None, :, :, None].double().numpy()
 
-    way = overlapped(clip_features(styled), model.config.window, ask)[0, :, 0]  # (frames, 3)
+    root_velocity = overlapped(clip_features(styled), model.config.window, evaluate)[0, :, 0]  # (frames, 3)
     root = root_frame(styled.positions(), styled.fps)
-    facing = root.facing[0] + np.concatenate([[0.0], way[1:, 2].cumsum()]) / FPS
-    steps = rot.rotate(rot.from_yaw(facing), np.stack([way[:, 0], np.zeros(len(way)), way[:, 1]], axis=-1)) / FPS
+    facing = root.facing[0] + np.concatenate([[0.0], root_velocity[1:, 2].cumsum()]) / FPS
+    steps = (
+        rot.rotate(
+            rot.from_yaw(facing),
+            np.stack([root_velocity[:, 0], np.zeros(len(root_velocity)), root_velocity[:, 1]], axis=-1),
+        )
+        / FPS
+    )
     steps[0] = root.positions[0]
     turn = rot.from_yaw(facing - root.facing)
     hips = rot.rotate(turn, styled.hips - root.positions) + steps.cumsum(axis=0)
@@ -49,25 +50,27 @@ def rerouted(model: WholeBody, styled: Clip) -> Clip:
     return Clip(hips, rotations, styled.fps, styled.name)
 
 
-def changed(bank, styled: Clip, content: Clip, worn: Mapping[str, Worn]) -> Clip:
+def change_global_motion(bank, styled: Clip, content: Clip, style: Mapping[str, PartLike]) -> Clip:
     """The restyled clip with the style's own global motion, as the bank's system has it: the velocity warp of
-    `unpaired`, or the way that a network reads. worn: part -> what it wears, names or paths of clips as `offline.looks`
-    takes them.
+    `unpaired`, or the way that a network reads. style: names or paths of clips, as
+    `offline.resolve_styles` takes them.
 
     Raises ValueError for a system that has neither."""
-    if not hasattr(bank, "speed_of"):
-        raise ValueError("Motion Puzzle leaves the way over the floor to the content: leave --global-motion out")
-    if not bank.reads_points:
+    does = bank.system.global_motion
+    if does == GlobalMotion.KEPT:
+        raise ValueError(
+            f"the {bank.model.KIND} stylizer leaves the way over the floor to the content: leave --global-motion out"
+        )
+    if does == GlobalMotion.PREDICTED:
         return rerouted(bank.model, styled)
-    features = clip_features(content)
+    features, spec = clip_features(content), StyleSpec.of(style)
     own = velocity_factor(features)
-    return warped(styled, features, [_speed(bank, worn.get(part), own) for part in PART_NAMES])
+    return warped(styled, features, [_speed(bank, spec.get(part), own) for part in PART_NAMES])
 
 
-def _speed(bank, worn: Worn | None, own: float) -> float:
+def _speed(bank, spec: PartSpec | None, own: float) -> float:
     """V of what a part wears, as strong as it wears it; own: the content's."""
-    if worn is None:
+    if spec is None:
         return own
-    speeds = [bank.speed_of(name) for name in names(worn)]
-    share = worn[3] if len(speeds) == 2 else 0.0
-    return own + worn[1] * (speeds[0] + (speeds[-1] - speeds[0]) * share - own)
+    speeds = [bank.speed_of(name) for name in spec.names]
+    return own + spec.strength * (speeds[0] + (speeds[-1] - speeds[0]) * spec.share - own)

@@ -11,7 +11,7 @@ from sim.math.springs import soft_spring_step
 from sim.motion.clip import FPS
 
 HALFLIFE = 0.22  # seconds in which half of a gap is closed
-CLOSED = 1e-5  # radians, metres
+SETTLED = 1e-5  # radians, metres
 DT = 1 / FPS
 
 
@@ -20,7 +20,7 @@ class Inertializer:
 
     def __init__(self, crowd: tuple[int, ...] = ()) -> None:
         # rotation vectors and the shift: where, how fast, how much faster
-        self.gap = np.zeros((3, *crowd, JOINT_COUNT + 1, 3))
+        self.offset = np.zeros((3, *crowd, JOINT_COUNT + 1, 3))
         self._turns = np.tile(rot.IDENTITY, (*crowd, JOINT_COUNT, 1))  # of the last frame
         self._shift = np.zeros((*crowd, 3))
         self._rate = np.zeros((*crowd, JOINT_COUNT + 1, 3))
@@ -29,22 +29,22 @@ class Inertializer:
         """What is to be drawn where turns and shift are asked; jumping (..., 22): joints, and the shift, whose gap is
         to be told anew."""
         if jumping.any():
-            gap = np.concatenate(
+            offset = np.concatenate(
                 [
                     rot.to_rotation_vector(rot.multiply(self._turns, rot.inverse(turns))),
                     (self._shift - shift)[..., None, :],
                 ],
                 axis=-2,
             )
-            for state, fresh in zip(self.gap, (gap, self._rate, 0.0 * gap)):
+            for state, fresh in zip(self.offset, (offset, self._rate, 0.0 * offset)):
                 np.copyto(state, fresh, where=jumping[..., None])
-        if self.gap.any():
-            self.gap = np.array(soft_spring_step(*self.gap, 0.0, HALFLIFE, DT))
-            if np.abs(self.gap).max() < CLOSED:
-                self.gap[:] = 0.0
-            gap = self.gap[0]
-            turns = rot.multiply(rot.from_rotation_vector(gap[..., :-1, :]), turns)
-            shift = shift + gap[..., -1, :]
+        if self.offset.any():
+            self.offset = np.array(soft_spring_step(*self.offset, 0.0, HALFLIFE, DT))
+            if np.abs(self.offset).max() < SETTLED:
+                self.offset[:] = 0.0
+            offset = self.offset[0]
+            turns = rot.multiply(rot.from_rotation_vector(offset[..., :-1, :]), turns)
+            shift = shift + offset[..., -1, :]
         self._rate = (
             np.concatenate(
                 [

@@ -6,7 +6,7 @@ network's noise is damped."""
 
 from itertools import groupby
 from pathlib import Path
-from typing import Callable, Iterable, Mapping, Sequence
+from typing import Callable, Iterable, Sequence
 
 import numpy as np
 import torch
@@ -18,7 +18,7 @@ from sim.math import rotations as rot
 from sim.math.springs import lag, spring_step
 from sim.motion.clip import FPS, Clip
 from sim.motion.features import FEATURES, LAYOUT, STRIDE
-from sim.style_spec import Worn, names
+from sim.style_spec import StyleSpec
 from stylizer.runtime.attention import attention_map
 from stylizer.runtime.inertialization import Inertializer
 from stylizer.runtime.pose_delta import (
@@ -33,11 +33,11 @@ from stylizer.runtime.pose_delta import (
     unwrap,
 )
 from stylizer.runtime.style_mixer import BODY, StyleMixer
-from stylizer.styles.bank import Bank
+from stylizer.styles.bank import StyleBank
 from stylizer.styles.own_style import OWN
 from stylizer.styles.stride_residual import played
 from stylizer.systems.motion_puzzle.fast_inference import inference_form
-from stylizer.systems.motion_puzzle.style_tensors import Style, cat_batch, write_slot
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch, write_slot
 
 GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
 # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
@@ -47,14 +47,14 @@ FIRST, OTHER = 0, 1  # what a part wears, and what it is blended with
 
 
 class LiveStylizer:
-    """Implements `sim.session.Stylizer`, for one character or for a crowd. Deterministic: the same calls give the same
-    poses, bit for bit."""
+    """Implements `sim.protocols.NamedStylizer`, for one character or for a crowd. Deterministic: the same calls give
+    the same poses, bit for bit."""
 
     SMOOTHING = 0.05  # half-life in seconds of the spring that what the network changes follows
     BLENDS = True  # a part's two styles are evaluated each by itself, and their rotations are blended
     PERIOD = 4  # frames between two evaluations of the decoder, which says little beside key poses, and nothing quickly
 
-    def __init__(self, bank: Bank, crowd: tuple[int, ...] = ()) -> None:
+    def __init__(self, bank: StyleBank, crowd: tuple[int, ...] = ()) -> None:
         """crowd: (N,) for N characters, with whom every array has one more axis in front; none for one character."""
         self.bank = bank
         self._leading = crowd
@@ -65,7 +65,7 @@ class LiveStylizer:
         """What the network needs before it is evaluated."""
         self._network = inference_form(self.bank.model)
         # by who is evaluated: each one's style, and those side by side
-        self._kept: dict[tuple, tuple[list[Style], Style]] = {}
+        self._kept: dict[tuple, tuple[list[StyleFeatures], StyleFeatures]] = {}
 
     def crowd(self, count: int) -> "LiveStylizer":
         """So many characters side by side with the same bank. The decoder is evaluated for some of them in every
@@ -78,9 +78,14 @@ class LiveStylizer:
         return self.bank.names
 
     @property
+    def name(self) -> str:
+        """Of its weights."""
+        return self.bank.name
+
+    @property
     def own_of(self) -> str | None:
         """The fingerprint of the controller whose motion the own style is; None where the bank does not say."""
-        return getattr(self.bank, "controller", None)
+        return self.bank.controller
 
     def learn(self, *paths: Path) -> tuple[str, Clip]:
         """Adds a style made of BVH clips to the bank under a name made from the first file's: the name, and that clip
@@ -103,35 +108,35 @@ class LiveStylizer:
         rows = *self._leading, JOINT_COUNT + 1, 3
         self._raw = np.zeros((2, *rows))  # the last deltas of FIRST and OTHER, unwrapped
         self._delta, self._rate = np.zeros((2, *rows))  # smoothed, and how fast it changes
-        self._was_worn = np.zeros(rows[:-1], dtype=bool)
+        self._was_styled = np.zeros(rows[:-1], dtype=bool)
 
     def step(
         self,
         window: np.ndarray,
         neutral: Pose,
-        style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+        style: StyleSpec | Sequence[StyleSpec],
         travel: np.ndarray | float = 1.0,
     ) -> Pose:
         """window: features (..., 16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.style_spec), of a
         crowd one for each; travel: (...) how many times as fast as the window says the body really goes, for the styles
         are those of a body that goes so fast. Raises ValueError for a style that the bank does not hold."""
-        styles = style if self._leading else (style,)
-        for name in {name for each in styles for worn in each.values() for name in names(worn)}:
+        styles = [StyleSpec.of(each) for each in (style if self._leading else (style,))]
+        for name in {name for each in styles for name in each.names}:
             self.bank[name]
         switching = self._together(mixer.step(each) for mixer, each in zip(self.mixers, styles, strict=True))
         strengths = self._together(mixer.strengths for mixer in self.mixers)
         self._styled = styled = self._together(mixer.styled for mixer in self.mixers)
         self._travel = np.broadcast_to(travel, self._leading).reshape(-1)
         self.frame += 1
-        if not strengths.any() and not self.inertializer.gap.any():
-            self._was_worn[:] = False
+        if not strengths.any() and not self.inertializer.offset.any():
+            self._was_styled[:] = False
             self.inertializer = Inertializer(self._leading)
             return neutral
         worn = (strengths > 0)[..., PART_OF_ROW]
         worn[..., -1] |= (strengths[..., LEG_PARTS] > 0).all(axis=-1)
-        jumping = switching[..., PART_OF_ROW] & self._was_worn
-        fresh = worn & (~self._was_worn | jumping)  # these have no past to be smooth with
-        self._was_worn = worn
+        jumping = switching[..., PART_OF_ROW] & self._was_styled
+        fresh = worn & (~self._was_styled | jumping)  # these have no past to be smooth with
+        self._was_styled = worn
         delta = self._smoothed(self._deltas(window, fresh), fresh) * delta_weights(strengths, styled[..., LEG_PARTS])
         turns = self._with_residual(rotations_of_delta(delta), strengths)
         turns, shift = self.inertializer.step(turns, delta[..., -1, :], jumping)
@@ -144,8 +149,8 @@ class LiveStylizer:
     def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """What the styles of the legs ask for in each character's gait: speed and playback rate of
         sim.motion.playback_pace.Pace, (...) each, 1 for legs without a style."""
-        asked = [self._pace_of(mixer, gait) for mixer, gait in zip(self.mixers, gaits, strict=True)]
-        speed, rate = np.array(asked).reshape(*self._leading, 2).T if self._leading else asked[0]
+        paces = [self._pace_of(mixer, gait) for mixer, gait in zip(self.mixers, gaits, strict=True)]
+        speed, rate = np.array(paces).reshape(*self._leading, 2).T if self._leading else paces[0]
         return np.asarray(speed), np.asarray(rate)
 
     def _pace_of(self, mixer: StyleMixer, gait: str) -> np.ndarray:
@@ -170,19 +175,19 @@ class LiveStylizer:
             self._paces[key] = self.bank[name], pace
         return self._paces[key][1]
 
-    def take_over(self, other: "LiveStylizer") -> None:
+    def transfer_state(self, other: "LiveStylizer") -> None:
         """Goes on from another stylizer's last step: strengths are kept, and the pose glides from its styles to ours. A
         part whose style we do not have lets it go."""
         self.bank.refresh()
         self.restart()
         self.mixers, self.inertializer, self.frame = other.mixers, other.inertializer, other.frame
-        self._was_worn = other._was_worn
+        self._was_styled = other._was_styled
         for mixer in self.mixers:
             mixer.keep(self.styles)
             mixer.period = self.PERIOD
         self.switch()
 
-    def reroll(self) -> None:
+    def resample(self) -> None:
         """Draws the styles of chance anew; Motion Puzzle has none. Raises ValueError."""
         raise ValueError("this stylizer takes styles from clips only: diverse and latent also draw them by chance")
 
@@ -245,13 +250,13 @@ class LiveStylizer:
         """(n, 5) how far each part changes at all: not where it wears the own style; and legs that side-step keep the
         controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
         result = np.ones((len(ones), len(PART_NAMES)))
-        for place, one in enumerate(ones):
+        for row, one in enumerate(ones):
             side, forward, _ = np.abs(self.mixers[one].root_velocities[BODY])
-            for part, wears in enumerate(self.mixers[one].parts):
-                if wears.name == wears.other == OWN:
-                    result[place, part] = 0.0
-                elif part in LEG_PARTS and side > forward and not self._side_steps(wears.name):
-                    result[place, part] = (forward / side) ** 2
+            for place, part in enumerate(self.mixers[one].parts):
+                if part.name == part.other == OWN:
+                    result[row, place] = 0.0
+                elif place in LEG_PARTS and side > forward and not self._side_steps(part.name):
+                    result[row, place] = (forward / side) ** 2
         return result
 
     def _side_steps(self, name: str) -> bool:
@@ -325,7 +330,7 @@ class LiveStylizer:
         travel = self._travel[ones, None]
         return np.array([neutral * np.concatenate([travel, travel, np.ones_like(travel)], axis=1), neutral])
 
-    def _styles(self, ones: list[int], which: int) -> tuple[Style, Style]:
+    def _styles(self, ones: list[int], which: int) -> tuple[StyleFeatures, StyleFeatures]:
         """What these characters wear and their own style, each side by side along the batch."""
         mixers = [self.mixers[one] for one in ones]
         return (
@@ -333,7 +338,7 @@ class LiveStylizer:
             self._side_by_side(ones, OWN, [mixer.own(self.bank) for mixer in mixers]),
         )
 
-    def _side_by_side(self, ones: list[int], kind: int | str, styles: list[Style]) -> Style:
+    def _side_by_side(self, ones: list[int], kind: int | str, styles: list[StyleFeatures]) -> StyleFeatures:
         """Styles of characters along the batch, put together once and kept until one of them changes."""
         if len(styles) == 1:
             return styles[0]

@@ -2,9 +2,8 @@
 
 Where the live stylizer sees only the past, here every frame is the mean of the windows that see it from all sides."""
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Mapping
+from typing import Mapping, NamedTuple
 
 import numpy as np
 import torch
@@ -18,7 +17,7 @@ from sim.motion.clip import FPS, Clip, root_frame
 from sim.motion.contacts import foot_contacts
 from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features
 from sim.retarget.retarget import load_clip
-from sim.style_spec import Worn, names
+from sim.style_spec import PartLike, StyleSpec
 from stylizer.networks.normalization import Scaled
 from stylizer.runtime.overlap import overlapped
 from stylizer.runtime.pose_delta import (
@@ -31,13 +30,13 @@ from stylizer.runtime.pose_delta import (
     rotations_of_delta,
     unwrap_frames,
 )
-from stylizer.styles.bank import Bank
+from stylizer.styles.bank import StyleBank
 from stylizer.styles.encoding import encode
 from stylizer.styles.style_clips import SHORTEST, StyleClips, single
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import Style, interpolated, stack_parts
-from stylizer.systems.whole_body import WholeBody, answers, joints_by_code, together
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, interpolated, stack_parts
+from stylizer.systems.whole_body import WholeBody, joints_by_code, stylize_windows, together
 
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
 FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
@@ -46,9 +45,8 @@ SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
 FEW, MANY = 3, 12
 
 
-@dataclass(frozen=True)
-class Look:
-    """What one body part is to wear: a style at a strength, or the way from it to another, 0 .. 1."""
+class ResolvedStyle(NamedTuple):
+    """PartSpec with the styles themselves in place of their names."""
 
     style: StyleClips
     strength: float = 1.0
@@ -56,36 +54,39 @@ class Look:
     share: float = 0.0
 
 
-def looks(bank: Bank, worn: Mapping[str, Worn]) -> dict[str, Look]:
-    """Part -> Look from part -> what it wears (sim.style_spec), where a name may also be the path of a BVH clip.
+def resolve_styles(bank: StyleBank, style: Mapping[str, PartLike]) -> dict[str, ResolvedStyle]:
+    """Part -> ResolvedStyle, where a name may also be the path of a BVH clip.
 
     Raises ValueError or OSError for a style that the bank does not hold and that is no clip."""
-    styles = {name: _style(bank, name) for wanted in worn.values() for name in names(wanted)}
+    spec = StyleSpec.of(style)
+    styles = {name: _style(bank, name) for name in spec.names}
     return {
-        part: Look(styles[wanted[0]], wanted[1], *((styles[wanted[2]], wanted[3]) if len(wanted) == 4 else ()))
-        for part, wanted in worn.items()
+        part: ResolvedStyle(styles[each.name], each.strength, each.other and styles[each.other], each.share)
+        for part, each in spec.items()
     }
 
 
-def _style(bank: Bank, name: str) -> StyleClips:
+def _style(bank: StyleBank, name: str) -> StyleClips:
     if name in bank.names or not (name.lower().endswith(".bvh") or Path(name).exists()):
         return bank[name]
     return clip_style(bank.model, clip_features(load_clip(name)))
 
 
-def stylize(model: Scaled, content: Clip, looks: Mapping[str, Look]) -> Clip:
-    """The clip (60 Hz, grounded) with the parts of `looks` restyled; all others, and strength 0, are as they were.
+def stylize(model: Scaled, content: Clip, style: Mapping[str, ResolvedStyle]) -> Clip:
+    """The clip (60 Hz, grounded) with the parts of `style` restyled; all others, and strength 0, are as they were.
 
     Raises ValueError for a clip of a few frames."""
     if len(content) < SHORTEST_CONTENT:
         raise ValueError(
             f"{content.name} is too short to restyle: give at least {SHORTEST_CONTENT} frames at {FPS} a second"
         )
-    strengths = np.array([looks[part].strength if part in looks else 0.0 for part in PART_NAMES])
-    return put_on(content, answer(model, clip_features(content), looks), strengths) if strengths.any() else content
+    strengths = np.array([style[part].strength if part in style else 0.0 for part in PART_NAMES])
+    return (
+        apply_styled(content, evaluate(model, clip_features(content), style), strengths) if strengths.any() else content
+    )
 
 
-def put_on(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Clip:
+def apply_styled(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Clip:
     """The clip with what the network answered, features (frames, 21, 15), put on at the strengths (5,), and its feet in
     order."""
     delta = unwrap_frames(pose_delta(styled, clip_features(content))) * delta_weights(strengths)
@@ -102,29 +103,29 @@ def put_on(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Clip:
     return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
 
 
-def answer(model: Scaled, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+def evaluate(model: Scaled, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
     """The network's own answer (frames, 21, 15) to the content's features, before anything is put in order."""
     if isinstance(model, WholeBody):
-        return whole_body_answer(model, features, looks)
-    return styled_features(model, features, looks)
+        return evaluate_whole_body(model, features, style)
+    return styled_features(model, features, style)
 
 
-def whole_body_answer(model: WholeBody, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+def evaluate_whole_body(model: WholeBody, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
     """The answer of a system that is asked once for each style that parts wear."""
     root_velocity = features[:, 0, LAYOUT["root"]].mean(axis=0)
 
-    def code(look: Look) -> torch.Tensor:
-        first, other = (style.at(root_velocity) for style in (look.style, look.other or look.style))
-        return torch.lerp(first, other, look.share)
+    def code(part: ResolvedStyle) -> torch.Tensor:
+        first, other = (style.at(root_velocity) for style in (part.style, part.other or part.style))
+        return torch.lerp(first, other, part.share)
 
-    wanted = [looks.get(part) for part in PART_NAMES]
-    keys = [look and (id(look.style), id(look.other), look.share) for look in wanted]
-    by_key = {key: code(look) for key, look in zip(keys, wanted) if look}
+    parts = [style.get(part) for part in PART_NAMES]
+    keys = [part and (id(part.style), id(part.other), part.share) for part in parts]
+    by_key = {key: code(part) for key, part in zip(keys, parts) if part}
     styled = {
         key: overlapped(
             features,
             model.config.window,
-            lambda windows, code=code: answers(model, windows, code.expand(len(windows), -1))[None],
+            lambda windows, code=code: stylize_windows(model, windows, code.expand(len(windows), -1))[None],
         )[0]
         for key, code in by_key.items()
     }
@@ -141,33 +142,33 @@ def clip_style(model: Scaled, features: np.ndarray, label: str | None = None) ->
     return single(encoded, features)
 
 
-def worn(own: StyleClips, looks: Mapping[str, Look], root_velocities: np.ndarray) -> tuple[Style, Style]:
-    """One style for the network, part by part, and the content's own, which the parts that have no look wear, both for
-    windows that move at root velocities (B, 3)."""
-    styles = {id(style): style for look in looks.values() for style in (look.style, look.other) if style}
-    at = {key: style.at(root_velocities) for key, style in (styles | {id(own): own}).items()}
-    first = [id(looks[part].style) if part in looks else id(own) for part in PART_NAMES]
-    other = [id(looks[part].other or looks[part].style) if part in looks else id(own) for part in PART_NAMES]
-    shares = [looks[part].share if part in looks else 0.0 for part in PART_NAMES]
-    first, other = (stack_parts([at[key] for key in keys]) for keys in (first, other))
-    return interpolated(first, other, shares), at[id(own)]
+def combine_parts(
+    own: StyleClips, style: Mapping[str, ResolvedStyle], root_velocities: np.ndarray
+) -> tuple[StyleFeatures, StyleFeatures]:
+    """One style for the network, part by part, and the content's own, which the parts that are not restyled keep, both
+    for windows that move at root velocities (B, 3)."""
+    clips = {id(each): each for part in style.values() for each in (part.style, part.other) if each}
+    at = {key: each.at(root_velocities) for key, each in (clips | {id(own): own}).items()}
+    parts = [style.get(part, ResolvedStyle(own)) for part in PART_NAMES]
+    first = stack_parts([at[id(part.style)] for part in parts])
+    other = stack_parts([at[id(part.other or part.style)] for part in parts])
+    return interpolated(first, other, [part.share for part in parts]), at[id(own)]
 
 
 @torch.inference_mode()
-def styled_features(model: MotionPuzzle, features: np.ndarray, looks: Mapping[str, Look]) -> np.ndarray:
+def styled_features(model: MotionPuzzle, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
     """What the network makes of features (frames, 21, 15): windows as long as in training, faded into each other."""
     own = clip_style(model, features)
 
-    def ask(windows: np.ndarray) -> np.ndarray:
+    def restyle(windows: np.ndarray) -> np.ndarray:
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
-        style, own_style = worn(own, looks, windows[:, :, 0, LAYOUT["root"]].mean(axis=1))
+        both = combine_parts(own, style, windows[:, :, 0, LAYOUT["root"]].mean(axis=1))
         styled, rebuilt = (
-            None if answers is None else model.restore(answers).double().numpy()
-            for answers in model(motion, style, own_style)
+            None if output is None else model.restore(output).double().numpy() for output in model(motion, *both)
         )
         return (styled if rebuilt is None else windows + (styled - rebuilt))[None]
 
-    return overlapped(features, WINDOW, ask)[0]
+    return overlapped(features, WINDOW, restyle)[0]
 
 
 def as_pose(clip: Clip) -> Pose:

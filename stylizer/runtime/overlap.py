@@ -10,7 +10,7 @@ HOP = 3  # frames between windows; odd, so that they see the even and the odd fr
 BATCH = 64  # windows
 
 
-def overlapped(features: np.ndarray, samples: int, ask: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def overlapped(features: np.ndarray, samples: int, evaluate: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """(k, frames, a, b) from features (frames, 21, 15) at 60 Hz.
 
     ask: windows (n, samples, 21, 15) at 30 Hz -> k motions of each, (k, n, samples, a, b), which need not be features.
@@ -20,15 +20,15 @@ def overlapped(features: np.ndarray, samples: int, ask: Callable[[np.ndarray], n
     last = len(padded) - 1 - span
     starts = np.unique([0, 1, *range(0, last, HOP), last - 1, last])
     total, weights = 0.0, np.zeros((len(padded), 1, 1))
-    fade = np.hanning(samples + 2)[1:-1, None, None]
+    taper = np.hanning(samples + 2)[1:-1, None, None]
     for some in np.array_split(starts, -(-len(starts) // BATCH)):
         seen = some[:, None] + STRIDE * np.arange(samples)
-        motions = ask(padded[seen])
+        motions = evaluate(padded[seen])
         if np.isscalar(total):
             total = np.zeros((len(motions), len(padded), *motions.shape[3:]))
-        for motion, answer in zip(total, motions):
-            for at, window in zip(seen, answer):
-                motion[at] += window * fade
+        for motion, output in zip(total, motions):
+            for at, window in zip(seen, output):
+                motion[at] += window * taper
         for at in seen:
-            weights[at] += fade
+            weights[at] += taper
     return (total / weights)[:, :frames]

@@ -1,20 +1,20 @@
 """What one character's body parts wear: styles, strengths and shares on their way; and when the network is to be
 evaluated."""
 
-from typing import Collection, Mapping
+from typing import Collection
 
 import numpy as np
 
 from sim.body.skeleton import PART_NAMES
 from sim.math.springs import spring_step
 from sim.motion.clip import FPS
-from sim.style_spec import Worn
-from stylizer.styles.bank import Bank
+from sim.style_spec import PartSpec, StyleSpec
+from stylizer.styles.bank import StyleBank
 from stylizer.styles.own_style import OWN
-from stylizer.systems.motion_puzzle.style_tensors import Style, stack_parts
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, stack_parts
 
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
-GONE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
+NEGLIGIBLE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
 PARTS_KEPT = 3  # combinations of styles whose parts are kept: what is worn, what it is blended with, the own style
 SAME_VELOCITY = 0.01  # metres a second, radians a second: styles are not interpolated anew for less
 BODY, NEUTRAL = 0, 1  # whose root velocity
@@ -35,9 +35,9 @@ class StyleMixer:
         self.waited = self._until = 0  # frames since it was evaluated, and until it is again
         # (2, 3) that styles are interpolated for: of the body, and of the neutral motion, whose own style is taken off.
         self.root_velocities = np.full((2, 3), np.inf)
-        self._kept: dict[tuple, Style] = {}  # styles at that velocity, by the names that the five parts wear
+        self._kept: dict[tuple, StyleFeatures] = {}  # styles at that velocity, by the names that the five parts wear
         # of the last velocities: each part's style, and all in one
-        self._parts: dict[tuple, tuple[list[Style], Style]] = {}
+        self._parts: dict[tuple, tuple[list[StyleFeatures], StyleFeatures]] = {}
 
     @property
     def strengths(self) -> list[float]:
@@ -54,7 +54,7 @@ class StyleMixer:
         """Of the five parts: how far each is on the way from its style to the other one."""
         return [part.share for part in self.parts]
 
-    def step(self, style: Mapping[str, Worn]) -> list[bool]:
+    def step(self, style: StyleSpec) -> list[bool]:
         """One frame; which of the five parts switch to another style."""
         switched = [part.step(style.get(name)) for part, name in zip(self.parts, PART_NAMES)]
         switching, self._switching = self._switching, False
@@ -97,23 +97,23 @@ class StyleMixer:
             self.root_velocities = np.array([body, neutral])
             self._kept.clear()
 
-    def own(self, bank: Bank) -> Style:
+    def own(self, bank: StyleBank) -> StyleFeatures:
         """The own style at this velocity, for all parts."""
         return self._style(bank, (OWN,) * len(PART_NAMES), NEUTRAL)
 
-    def styles(self, bank: Bank) -> list[Style]:
+    def styles(self, bank: StyleBank) -> list[StyleFeatures]:
         """What the five parts wear at this velocity, side by side in one style; where any of them is blended with
         another style, those as a second one."""
         names = [tuple(getattr(part, key) for part in self.parts) for key in ("name", "other")]
         return [self._style(bank, each, BODY) for each in names[: 1 + any(self.shares)]]
 
-    def _style(self, bank: Bank, names: tuple[str, ...], whose: int) -> Style:
+    def _style(self, bank: StyleBank, names: tuple[str, ...], whose: int) -> StyleFeatures:
         if (names, whose) not in self._kept:
             each = {name: bank[name].at(self.root_velocities[whose]) for name in dict.fromkeys(names)}
             self._kept[names, whose] = self._side_by_side((names, whose), [each[name] for name in names])
         return self._kept[names, whose]
 
-    def _side_by_side(self, key: tuple, styles: list[Style]) -> Style:
+    def _side_by_side(self, key: tuple, styles: list[StyleFeatures]) -> StyleFeatures:
         """The five parts' styles in one. Levels that have not changed since the last time are not put together
         again."""
         before, result = self._parts.get(key, (styles, {}))
@@ -135,22 +135,18 @@ class _Part:
         self.name = self.other = OWN
         self.strength = self.velocity = self.share = self.share_rate = self.styled_share = self.styled_rate = 0.0
 
-    def step(self, worn: Worn | None) -> bool:
+    def step(self, spec: PartSpec | None) -> bool:
         """One frame; whether the style was switched. A part let go keeps its style until it has faded."""
-        name, strength, other, share = (
-            worn
-            if worn and len(worn) == 4
-            else (*worn, self.other, 0.0)
-            if worn
-            else (self.name, 0.0, self.other, self.share)
-        )
+        spec = spec or PartSpec(self.name, 0.0, self.other, self.share)
+        name, strength, share = spec.name, spec.strength, spec.share
+        other = self.other if spec.other is None else spec.other
         switched = name != self.name or (other != self.other and self.share > 0)
         self.name, self.other = name, other
         styled_share = (1 - share) * (name != OWN) + share * (other != OWN)
         # a switch is smoothed, so the share need not be
-        if switched or not self.strength or abs(share - self.share) < GONE:
+        if switched or not self.strength or abs(share - self.share) < NEGLIGIBLE:
             self.share, self.share_rate = share, 0.0
-        if not self.strength or abs(styled_share - self.styled_share) < GONE:
+        if not self.strength or abs(styled_share - self.styled_share) < NEGLIGIBLE:
             self.styled_share, self.styled_rate = styled_share, 0.0
         self.share, self.share_rate = spring_step(self.share, self.share_rate, share, STRENGTH_HALFLIFE, DT)
         self.styled_share, self.styled_rate = spring_step(
@@ -158,6 +154,6 @@ class _Part:
         )
         switched = switched and self.strength > 0
         self.strength, self.velocity = spring_step(self.strength, self.velocity, strength, STRENGTH_HALFLIFE, DT)
-        if strength == 0 and self.strength < GONE:
+        if strength == 0 and self.strength < NEGLIGIBLE:
             self.__init__()
         return switched

@@ -2,7 +2,7 @@
 past."""
 
 from collections import deque
-from typing import Mapping, Sequence
+from typing import Sequence
 
 import numpy as np
 import torch
@@ -10,10 +10,10 @@ from torch import Tensor
 
 from sim.body.pose import Pose
 from sim.motion.features import STRIDE
-from sim.style_spec import Worn
+from sim.style_spec import StyleSpec
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.style_mixer import BODY, StyleMixer
-from stylizer.systems.whole_body import answers, joints_by_code, together
+from stylizer.systems.whole_body import joints_by_code, stylize_windows, together
 
 
 class WholeBodyStylizer(LiveStylizer):
@@ -32,14 +32,14 @@ class WholeBodyStylizer(LiveStylizer):
     def restart(self) -> None:
         super().restart()
         model = self.bank.model
-        span = (model.config.window - model.HELD_BEHIND - 1) * STRIDE + 1
+        span = (model.config.window - model.LOOK_AHEAD - 1) * STRIDE + 1
         self._past: deque[np.ndarray] = deque(maxlen=span)  # features (..., 21, 15) of the last frames, the newest last
 
     def step(
         self,
         window: np.ndarray,
         neutral: Pose,
-        style: Mapping[str, Worn] | Sequence[Mapping[str, Worn]],
+        style: StyleSpec | Sequence[StyleSpec],
         travel: np.ndarray | float = 1.0,
     ) -> Pose:
         samples = np.moveaxis(window, -3, 0)
@@ -52,12 +52,12 @@ class WholeBodyStylizer(LiveStylizer):
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         raise ValueError("this stylizer has no attention")
 
-    def reroll(self) -> None:
+    def resample(self) -> None:
         """Draws the styles of chance anew; parts that wear one glide into it. Raises ValueError where there are
         none."""
-        if not self.bank.drawn:
-            super().reroll()
-        self.bank.reroll()
+        if not self.bank.sampled:
+            super().resample()
+        self.bank.resample()
         self.switch()
 
     def _decoder(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
@@ -76,9 +76,9 @@ class WholeBodyStylizer(LiveStylizer):
         joints = joints_by_code(
             [(part.name, part.other, part.share) if part.strength else None for part in mixer.parts]
         )
-        codes = torch.stack([self._code(mixer.root_velocities[BODY], *look) for look in joints])
-        window = np.concatenate([past, past[-1:].repeat(model.HELD_BEHIND, axis=0)])
-        styled = answers(model, window[None], codes, last=1 + model.HELD_BEHIND)[:, 0]
+        codes = torch.stack([self._code(mixer.root_velocities[BODY], *blend) for blend in joints])
+        window = np.concatenate([past, past[-1:].repeat(model.LOOK_AHEAD, axis=0)])
+        styled = stylize_windows(model, window[None], codes, last=1 + model.LOOK_AHEAD)[:, 0]
         return together(past[-1], dict(zip(joints, styled)), joints) - past[-1]
 
     def _code(self, root_velocity: np.ndarray, name: str, other: str, share: float) -> Tensor:

@@ -12,12 +12,13 @@ from sim.io.user_dirs import data_folder
 from sim.motion.clip import Clip
 from sim.motion.features import clip_features
 from sim.retarget.retarget import load_clip
-from stylizer.networks import checkpoint as weights
-from stylizer.networks.layers import PartStyle
+from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips, movements_in
 from stylizer.styles.style_file import FORMAT, checked, read_gait, read_own_motion, read_windows, write
+from stylizer.systems import checkpoint
+from stylizer.systems.registry import SYSTEMS, System
 
 BUNDLED = Path(__file__).parents[1] / "styles"
 NAME_LENGTH = 40
@@ -37,13 +38,13 @@ class Added(NamedTuple):
     taken: tuple[str, ...]
 
 
-class Bank:
+class StyleBank:
     """All styles by name: the bundled ones and the user's own, for one weight file."""
 
-    def __init__(self, weights_name: str = weights.SLIM, bundled: Path = BUNDLED, user: Path | None = None) -> None:
+    def __init__(self, weights_name: str = checkpoint.SLIM, bundled: Path = BUNDLED, user: Path | None = None) -> None:
         """Raises ValueError where weights or a bundled style are missing or do not belong together."""
         self.name = weights_name
-        self.model, self.fingerprint = weights.load(weights_name)
+        self.model, self.fingerprint = checkpoint.load(weights_name)
         self.bundled, self.user = bundled, user or user_folder()
         self.own_motion = read_own_motion(bundled / f"{OWN}.safetensors")
         self._styles = self._bundled_styles()
@@ -58,6 +59,11 @@ class Bank:
     def _bundled_styles(self) -> dict[str, StyleClips]:
         """Name -> style of those that come with Patchwalk."""
         return {path.stem: self._read(path) for path in sorted(self.bundled.glob("*.safetensors"))}
+
+    @property
+    def system(self) -> System:
+        """The style-transfer system of the weights."""
+        return SYSTEMS[self.model.KIND]
 
     @property
     def controller(self) -> str:
@@ -169,7 +175,7 @@ class Bank:
             return self._read(path)
         return StyleClips(
             {
-                level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
+                level: BlockFeatures(*(tensors[f"{level}.{key}"].float() for key in BlockFeatures._fields))
                 for level in self.model.config.styled
             },
             gait,

@@ -6,12 +6,12 @@ from typing import Sequence
 
 from sim.motion.features import clip_features
 from sim.retarget.retarget import load_clip
-from stylizer.networks import checkpoint as weights
 from stylizer.styles import own_style
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, Movement, movements_in
 from stylizer.styles.style_file import read_own_motion, write
+from stylizer.systems import checkpoint
 
 FOLDER = Path(__file__).parents[1] / "styles"
 BANDAI = "CC BY-NC 4.0 (Bandai Namco Research Inc.)"
@@ -75,7 +75,7 @@ MARGIN = 0.15  # share of a clip at each end that is left out: starts, stops and
 def build(weights_name: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
     """Computes with the given weights the own style, which needs no data, and every style of CLIPS whose first clip
     lies under data_dir; returns their names."""
-    model, fingerprint = weights.load(weights_name, weights_folder)
+    model, fingerprint = checkpoint.load(weights_name, weights_folder)
     own = read_own_motion(FOLDER / f"{OWN}.safetensors")
     own_style.write(Path(out_dir), own, model, fingerprint)
     written = [OWN]

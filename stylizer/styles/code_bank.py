@@ -7,20 +7,19 @@ from typing import Sequence
 
 import numpy as np
 import torch
-from safetensors.torch import save_file
 
-from sim.io.atomic_write import replacing
+from sim.io import tensor_file
 from sim.io.provenance import ARCHIVES, CONTROLLER
 from sim.motion.clip import FPS
 from sim.motion.features import STRIDE, clip_features
 from sim.retarget.retarget import load_clip
 from stylizer.data.domains import label_of
-from stylizer.networks import checkpoint as weights
-from stylizer.styles.bank import BUNDLED, Bank
+from stylizer.styles.bank import BUNDLED, StyleBank
 from stylizer.styles.bundled_styles import CLIPS, find_clip, without_ends
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips, movements_in, no_cycles, style_windows
 from stylizer.styles.style_file import checked, gait_from, gait_tensors, read_gait, read_own_motion, read_windows, write
+from stylizer.systems import checkpoint
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
 FOLDER = "codes"  # in a folder of styles: one file a network, all its codes in it
@@ -28,13 +27,13 @@ POINTS = "key_points"  # in the user's folder: styles read from video
 SEEN = 4 / np.pi  # how much quicker a joint is than its picture, on the average over the views from all around
 # Of a style that no captured clip shows.
 UNKNOWN_GAIT = Gait(("walk",), np.zeros((1, 3)), np.zeros(1), np.zeros(1), no_cycles(1), None)
-DRAWN = "drawn"  # what the names of styles drawn by chance begin with
+SAMPLED = "drawn"  # what the names of styles drawn by chance begin with
 
 
 def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
     """Writes the codes of the own style, which needs no data, and of every style of `bundled.CLIPS` whose first clip
     lies under data_dir, into out_dir/codes/network.safetensors; returns their names."""
-    model, fingerprint = weights.load(network, weights_folder)
+    model, fingerprint = checkpoint.load(network, weights_folder)
     own = read_own_motion(BUNDLED / f"{OWN}.safetensors")
     styles = {OWN: encode_codes(model, own.windows, own.gait, [OWN] * len(own.windows))}
     speeds, licences = {OWN: velocity_factor(np.concatenate(own.windows))}, {ARCHIVES[CONTROLLER]}
@@ -50,7 +49,6 @@ def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> 
         speeds[name] = velocity_factor(movements[0].windows)
         licences.add(licence)
     path = Path(out_dir) / FOLDER / f"{network}.safetensors"
-    path.parent.mkdir(parents=True, exist_ok=True)
     tensors = {name: style.features.contiguous() for name, style in styles.items()}
     for name, style in styles.items():
         tensors |= gait_tensors(style.gait, f"{name}.")
@@ -61,8 +59,7 @@ def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> 
         "speeds": json.dumps(speeds),
         "movements": json.dumps({name: style.gait.movements for name, style in styles.items()}),
     }
-    with replacing(path) as temporary:
-        save_file(tensors, temporary, header)
+    tensor_file.write(path, {key: tensor.numpy() for key, tensor in tensors.items()}, header)
     return list(styles)
 
 
@@ -78,35 +75,30 @@ def encode_codes(
     )
 
 
-class CodeBank(Bank):
-    """All styles by name, as `Bank` has them, for a whole-body system. What a user added from a clip is there for every
-    stylizer; what was read from a video, for those that can read key points."""
+class CodeBank(StyleBank):
+    """All styles by name, as `StyleBank` has them, for a whole-body system. What a user added from a clip is there for
+    every stylizer; what was read from a video, for those that can read key points."""
 
     def __init__(self, network: str, bundled: Path = BUNDLED, user: Path | None = None) -> None:
         """Raises ValueError where weights or codes are missing or do not belong together."""
         self.seed = 0
         self._speeds: dict[str, float] = {}  # metres a second, V of Aberman et al. 2020, Eq. 2
         super().__init__(network, bundled, user)
-        self.reroll(0)
+        self.resample(0)
 
     def refresh(self) -> None:
         super().refresh()
-        for path in sorted((self.user / POINTS).glob("*.safetensors")) if self.reads_points else ():
+        for path in sorted((self.user / POINTS).glob("*.safetensors")) if self.system.reads_key_points else ():
             if path.stem not in self._styles:
                 self._styles[path.stem] = self._read_points(path)
 
     @property
-    def reads_points(self) -> bool:
-        """Whether styles can be read from video."""
-        return hasattr(self.model, "encode_points")
-
-    @property
-    def drawn(self) -> dict[str, str | None]:
+    def sampled(self) -> dict[str, str | None]:
         """Name -> label of the styles that are drawn by chance; a system that knows no labels has one."""
-        if not self.model.NOISE:
+        if not self.system.samples_styles:
             return {}
         labels = self.model.config.labels if getattr(self.model.config, "labelled", True) else ()
-        return {f"{DRAWN}-{label.replace(' ', '-')}": label for label in labels} or {DRAWN: None}
+        return {f"{SAMPLED}-{label.replace(' ', '-')}": label for label in labels} or {SAMPLED: None}
 
     def speed_of(self, name: str) -> float:
         """How quick the clip of a style is, V of Eq. 2 (Aberman et al. 2020) in metres a second; name may be a clip's
@@ -119,22 +111,22 @@ class CodeBank(Bank):
             raise ValueError(f"nobody can tell how quick '{name}' is: leave --global-motion out, or name a clip")
         return velocity_factor(clip_features(load_clip(name)))
 
-    def reroll(self, seed: int | None = None) -> None:
-        """Draws the styles of `drawn` anew; the same seed draws the same."""
+    def resample(self, seed: int | None = None) -> None:
+        """Draws the styles of `sampled` anew; the same seed draws the same."""
         self.seed = self.seed + 1 if seed is None else seed
-        for place, (name, label) in enumerate(self.drawn.items()):
-            code = self.model.drawn(label, np.random.default_rng((self.seed, place)))
+        for place, (name, label) in enumerate(self.sampled.items()):
+            code = self.model.sample_code(label, np.random.default_rng((self.seed, place)))
             self._styles[name] = StyleClips(code[None], UNKNOWN_GAIT)
 
     def add_points(self, folder: Path, name: str, fps: float = 30.0) -> None:
         """Learns a style from a folder of OpenPose key points, `fps` frames a second. Raises ValueError or OSError."""
-        if not self.reads_points:
+        if not self.system.reads_key_points:
             raise ValueError(f"the {self.name} stylizer reads no key points: use --stylizer unpaired, or a BVH clip")
-        from stylizer.styles import keypoints_2d as key_points
+        from stylizer.styles import keypoints_2d
         from stylizer.systems.unpaired import POINTS as NAMES
 
         self.check_new(name)
-        windows = style_windows(key_points.read(folder, NAMES, fps)).astype(np.float16)
+        windows = style_windows(keypoints_2d.read(folder, NAMES, fps)).astype(np.float16)
         file = self.user / POINTS / f"{name}.safetensors"
         write(
             file,
@@ -164,7 +156,7 @@ class CodeBank(Bank):
         path = self._codes_path
         if not path.exists():
             raise ValueError(f"no style codes at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'")
-        header, tensors = weights.read(path)
+        header, tensors = checkpoint.read(path)
         if header.get("controller") != self.controller:
             raise ValueError(
                 f"{path} was computed for another controller: reinstall Patchwalk or run 'patchwalk styles capture'"

@@ -8,7 +8,7 @@ import torch
 from sim.math import rotations as rot
 from sim.motion.features import LAYOUT
 from sim.motion.gait import cycle_at
-from stylizer.networks.layers import PartStyle
+from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.style_clips import BODY, Gait, OwnMotion, StyleClips
 from stylizer.systems.motion_puzzle.config import KEY_POSES
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
@@ -19,14 +19,14 @@ TOKEN_WINDOWS = 3  # windows of a clip that attention looks at: as many for ever
 
 
 @torch.inference_mode()
-def encode(model: MotionPuzzle, windows: np.ndarray) -> dict[int, PartStyle]:
+def encode(model: MotionPuzzle, windows: np.ndarray) -> dict[int, BlockFeatures]:
     """The style of one clip from its windows (m, WINDOW, 21, 15), as a batch of 1: AdaIN scale and bias averaged over
     them, key poses of all, attention tokens of TOKEN_WINDOWS."""
     motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
     style = model.encode_style(motion, motion.flatten(1, 2)[:, None])
     seen = torch.from_numpy(np.linspace(0, len(windows) - 1, TOKEN_WINDOWS).round().astype(int))
     return {
-        level: PartStyle(
+        level: BlockFeatures(
             s.scale.mean(1, keepdim=True),
             s.bias.mean(1, keepdim=True),
             *(tokens[:, seen % tokens.shape[1]].flatten(1, 2)[:, None] for tokens in (s.keys, s.values)),
@@ -53,13 +53,13 @@ def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> Style
     strides = {name: _own_strides(model, name, own) for name in dict.fromkeys(style.gait.movements)}
     key_poses = []
     for place, (name, cycle) in enumerate(zip(style.gait.movements, style.gait.cycles)):
-        clip = PartStyle(*(t[:, place : place + 1] for t in style.features[KEY_POSES]))
-        key_poses.append(_fitted_to(model, clip, cycle, *strides[name]) if cycle.any() and strides[name] else clip)
+        clip = BlockFeatures(*(t[:, place : place + 1] for t in style.features[KEY_POSES]))
+        key_poses.append(_refine(model, clip, cycle, *strides[name]) if cycle.any() and strides[name] else clip)
     fitted = cat_batch([{KEY_POSES: clip} for clip in key_poses])[KEY_POSES]
     return StyleClips(style.features | {KEY_POSES: _reconcile_clips(model, fitted, style.gait)}, style.gait)
 
 
-def _reconcile_clips(model: MotionPuzzle, style: PartStyle, gait: Gait) -> PartStyle:
+def _reconcile_clips(model: MotionPuzzle, style: BlockFeatures, gait: Gait) -> BlockFeatures:
     """Key poses of n clips in which clips that show one movement hold every joint alike enough to be interpolated: a
     joint that they hold in turns far apart, as who dances with the arms does, is taken from the first of them in
     all."""
@@ -80,15 +80,15 @@ def _own_strides(model: MotionPuzzle, movement: str, own: OwnMotion) -> tuple[to
     for name, windows, phase in zip(own.gait.movements, own.windows, own.phases):
         if name.replace("_", " ").startswith(movement) and np.isfinite(phase).all():
             motion = model.normalize(torch.from_numpy(windows.astype(np.float32))).flatten(1, 2)[:, None]
-            moments.append(model.key_poses.told(motion, encode(model, windows)[KEY_POSES]))
+            moments.append(model.key_poses.attend(motion, encode(model, windows)[KEY_POSES]))
             phases.append(phase.ravel())
     return (torch.cat(moments, dim=2), np.concatenate(phases)) if moments else None
 
 
 @torch.inference_mode()
-def _fitted_to(
-    model: MotionPuzzle, style: PartStyle, cycle: np.ndarray, moments: torch.Tensor, phases: np.ndarray
-) -> PartStyle:
+def _refine(
+    model: MotionPuzzle, style: BlockFeatures, cycle: np.ndarray, moments: torch.Tensor, phases: np.ndarray
+) -> BlockFeatures:
     """Key poses that give a style's cycle (coefficients, 21, 12) back where the controller's moments (5, 1, T, moments)
     pass at stride phases (T,): in a live session the moments are the controller's, not the clip's own."""
     poses = torch.from_numpy(cycle_at(cycle, phases).astype(np.float32))[None]

@@ -14,10 +14,10 @@ from sim.math.easing import smooth_step
 from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT, STRIDE
 from sim.motion.gait import HARMONICS, airborne_share, cadence, fit_cycle, movement_of, stride_phase
-from stylizer.networks.layers import PartStyle
+from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.stride_residual import rest_unsure_joints, stride_residual
 from stylizer.systems.motion_puzzle.config import KEY_POSES
-from stylizer.systems.motion_puzzle.style_tensors import Style
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
 BODY = slice(0, LAYOUT["root"].start)  # the features that are not the root's way
 WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
@@ -200,10 +200,10 @@ class StyleClips:
     """The features of a style: of n clips along the batch axis, or a whole-body system's codes (n, C); and what `gait`
     says."""
 
-    features: Style | Tensor
+    features: StyleFeatures | Tensor
     gait: Gait
 
-    def at(self, root_velocity: np.ndarray) -> Style | Tensor:
+    def at(self, root_velocity: np.ndarray) -> StyleFeatures | Tensor:
         """The style for contents that move at root velocities (B, 3), as a batch of B, or (3,), as a batch of 1; a code
         (B, C) or (C,)."""
         weights = torch.from_numpy(self.gait.weights(root_velocity).astype(np.float32))
@@ -213,17 +213,17 @@ class StyleClips:
         counting = weights.any(dim=0).nonzero()[:, 0]
         mixed = weights[:, counting] @ self._flat[counting]
         return self._nearest(tuple(weights.argmax(dim=1).tolist())) | {
-            level: PartStyle(*(part.unflatten(1, shape).transpose(0, 1) for part, shape in zip(parts, shapes)))
+            level: BlockFeatures(*(part.unflatten(1, shape).transpose(0, 1) for part, shape in zip(parts, shapes)))
             for (level, shapes), parts in zip(self._shapes.items(), self._split(mixed))
         }
 
-    def _nearest(self, clips: tuple[int, ...]) -> Style:
+    def _nearest(self, clips: tuple[int, ...]) -> StyleFeatures:
         """The levels that are not interpolated, of a batch whose contents go most as these clips do. A lone one's are
         the same objects each time, so that who puts styles together sees what has not changed."""
         if len(clips) == 1 and clips in self._seen:
             return self._seen[clips]
         result = {
-            level: PartStyle(*(t[:, list(clips)] for t in part))
+            level: BlockFeatures(*(t[:, list(clips)] for t in part))
             for level, part in self.features.items()
             if level not in self._interpolated
         }
@@ -232,12 +232,12 @@ class StyleClips:
         return result
 
     @cached_property
-    def _seen(self) -> dict[tuple[int, ...], Style]:
+    def _seen(self) -> dict[tuple[int, ...], StyleFeatures]:
         """What `_nearest` has found, by its clip."""
         return {}
 
     @cached_property
-    def _interpolated(self) -> Style:
+    def _interpolated(self) -> StyleFeatures:
         """The levels that are interpolated: the key poses, where there are some. Of the others, which add little beside
         them and are many more numbers, the nearest clip's are taken."""
         return {KEY_POSES: self.features[KEY_POSES]} if KEY_POSES in self.features else self.features
@@ -261,7 +261,7 @@ class StyleClips:
         return result
 
 
-def single(features: Style | Tensor, motion: np.ndarray) -> StyleClips:
+def single(features: StyleFeatures | Tensor, motion: np.ndarray) -> StyleClips:
     """A style of one clip, encoded to features (a batch of 1, or a code (C,)), whose motion is features (frames, 21,
     15)."""
     gait = Gait(("clip",), _root_velocity(motion)[None], np.zeros(1), np.zeros(1), no_cycles(1), None)
@@ -274,7 +274,7 @@ def main_clip(clips: StyleClips) -> StyleClips:
     features = (
         clips.features[first]
         if isinstance(clips.features, Tensor)
-        else {level: PartStyle(*(t[:, first] for t in part)) for level, part in clips.features.items()}
+        else {level: BlockFeatures(*(t[:, first] for t in part)) for level, part in clips.features.items()}
     )
     gait = clips.gait
     return replace(

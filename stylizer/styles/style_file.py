@@ -6,15 +6,14 @@ from typing import Sequence
 
 import numpy as np
 import torch
-from safetensors.torch import save_file
 
 from sim.body.skeleton import JOINT_COUNT, skeleton_hash
-from sim.io.atomic_write import replacing
+from sim.io import tensor_file
 from sim.motion.features import FEATURES, LAYOUT_VERSION
 from sim.motion.gait import movement_of
-from stylizer.networks import checkpoint as weights
 from stylizer.styles.stride_residual import JOINTS as RESIDUAL_JOINTS
 from stylizer.styles.style_clips import WINDOW, Gait, Movement, OwnMotion, StyleClips
+from stylizer.systems import checkpoint
 
 FORMAT, FORMER_FORMAT = "patchwalk-style-2", "patchwalk-style-1"  # the former one held a single clip
 GAIT_NUMBERS = ("root_velocities", "runs", "cadences", "cycles")  # of Gait, kept in a style file as they are
@@ -41,7 +40,7 @@ def write(
         **header,
     }
     tensors = {
-        f"{level}.{key}": value.half().contiguous()
+        f"{level}.{key}": value.half()
         for level, part in style.features.items()
         for key, value in part._asdict().items()
     }
@@ -50,9 +49,7 @@ def write(
         tensors["windows"] = torch.from_numpy(np.concatenate(windows).astype(np.float16))
         tensors["windows_of_clip"] = torch.tensor([len(each) for each in windows])
     tensors |= {key: torch.from_numpy(np.asarray(value, dtype=np.float32)) for key, value in more.items()}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
-        save_file(tensors, temporary, header)
+    tensor_file.write(path, {key: tensor.numpy() for key, tensor in tensors.items()}, header)
 
 
 def gait_tensors(gait: Gait, prefix: str = "") -> dict[str, torch.Tensor]:
@@ -105,13 +102,8 @@ def read_own_motion(path: Path) -> OwnMotion:
 
 def checked(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
     """Header and tensors of a style file. Raises ValueError for one that was made for something else."""
-    header, tensors = weights.read(path)
+    header, tensors = checkpoint.read(path)
     former = header.get("format") == FORMER_FORMAT and "windows" in tensors
     wanted = {"format": FORMER_FORMAT if former else FORMAT, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}
-    for key, value in wanted.items():
-        if header.get(key) != value:
-            raise ValueError(
-                f"{path} was made for {key} '{header.get(key)}', this version needs '{value}': "
-                "remove the file and add the style again"
-            )
+    tensor_file.check_header(path, header, wanted, "remove the file and add the style again")
     return header, tensors

@@ -12,9 +12,9 @@ class Adversarial(nn.Module):
 
     PHASES = ("discriminator", "generator")
 
-    def __init__(self, system: nn.Module, judge: nn.Module) -> None:
+    def __init__(self, system: nn.Module, discriminator: nn.Module) -> None:
         super().__init__()
-        self.system, self.judge = system, judge
+        self.system, self.discriminator = system, discriminator
 
     def schedule(self, progress: float) -> tuple[tuple[str, ...], float]:
         """The phases of a step and how far training is in them."""

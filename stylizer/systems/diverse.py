@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from sim.motion.features import HELD
+from sim.motion.features import POSE_CHANNELS
 from stylizer.data.domains import Labelled
 from stylizer.networks.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, for_each, newest, pooled
 from stylizer.networks.graph import LEVELS
@@ -20,7 +20,7 @@ from stylizer.systems.adversarial import Adversarial, slope_penalty
 from stylizer.systems.motion_puzzle.objective import Recipe
 from stylizer.systems.whole_body import HIPS, Restyled, WholeBody
 
-CHANNELS = HELD.stop  # position 3 and axes 6
+CHANNELS = POSE_CHANNELS.stop  # position 3 and axes 6
 PLACE, AXES = slice(0, 3), slice(3, CHANNELS)
 SLOPE_EVERY = 8  # steps
 
@@ -36,8 +36,10 @@ class Config:
     hidden: tuple[int, int, int] = (256, 512, 1024)  # FC1, FC2, FC3 of the mapping network
 
 
-FULL = Config()  # Table 3
-CONFIG = Config(channels=(24, 48, 96), hidden=(64, 128, 256))  # what a processor can train in half an hour
+CONFIGS = {
+    "diverse": Config(channels=(24, 48, 96), hidden=(64, 128, 256)),  # what a processor can train in half an hour
+    "diverse_full": Config(),  # Table 3
+}
 # lambda of Eq. 12. The paper's are all one; our cycle and identity are means over all numbers, and would be small
 # beside it.
 RECIPE = Recipe(
@@ -168,7 +170,7 @@ class Diverse(WholeBody):
         self.mapping = Mapping(config)
 
     def encode(self, motion: Tensor, domain: Tensor) -> Tensor:
-        return self.style_encoder(motion[..., HELD], domain)
+        return self.style_encoder(motion[..., POSE_CHANNELS], domain)
 
     def code_from_noise(self, noise: Tensor, domain: Tensor) -> Tensor:
         return self.mapping(noise[:, : self.config.noise], domain)
@@ -176,10 +178,10 @@ class Diverse(WholeBody):
     def stylize(self, motion: Tensor, codes: Tensor) -> Tensor:
         """G: normalized position and axes (21, n B, T, 9) of motion (21, B, T, 9 or more), each in n of the styles of
         codes (n B, code)."""
-        return self.decoder([for_each(level, codes) for level in self.trunk(motion[..., HELD])], codes)
+        return self.decoder([for_each(level, codes) for level in self.trunk(motion[..., POSE_CHANNELS])], codes)
 
     def restyled(self, motion: Tensor, codes: Tensor) -> Restyled:
-        result = self.stylize(motion, codes) * self.deviation[..., HELD] + self.mean[..., HELD]
+        result = self.stylize(motion, codes) * self.deviation[..., POSE_CHANNELS] + self.mean[..., POSE_CHANNELS]
         return Restyled(result[..., AXES], result[HIPS : HIPS + 1, ..., PLACE])
 
 
@@ -196,7 +198,7 @@ class Objective(Adversarial):
         mapping = list(self.system.mapping.parameters())
         rest = [p for name, p in self.system.named_parameters() if not name.startswith("mapping.")]
         return {
-            "discriminator": [(list(self.judge.parameters()), 1.0)],
+            "discriminator": [(list(self.discriminator.parameters()), 1.0)],
             "generator": [(rest, 1.0), (mapping, MAPPING_RATE)],
         }
 
@@ -212,22 +214,25 @@ class Objective(Adversarial):
         with torch.no_grad():
             fake = self.system.stylize(x.source, self.two_codes(x, step)[0])
         slope = step // 2 % SLOPE_EVERY == 0
-        real = x.target[..., HELD].clone().requires_grad_(slope)
-        score = self.judge(real, x.target_domain)
-        terms = {"real": F.softplus(-score).mean(), "fake": F.softplus(self.judge(fake, x.target_domain)).mean()}
+        real = x.target[..., POSE_CHANNELS].clone().requires_grad_(slope)
+        score = self.discriminator(real, x.target_domain)
+        terms = {
+            "real": F.softplus(-score).mean(),
+            "fake": F.softplus(self.discriminator(fake, x.target_domain)).mean(),
+        }
         if slope:
             terms["slope"] = slope_penalty(score, real)
         return terms
 
     def generator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """G's, E's and F's side of Eq. 7, and Eq. 8 to 11."""
-        model, motion = self.system, x.source[..., HELD]
+        model, motion = self.system, x.source[..., POSE_CHANNELS]
         first, second = self.two_codes(x, step)
         own = model.encode(x.source, x.source_domain)
         fake, other, same = model.stylize(motion, torch.cat([first, second, own])).chunk(3, dim=1)
         cycled = model.stylize(fake, own)
         return {
-            "adversarial": F.softplus(-self.judge(fake, x.target_domain)).mean(),  # Eq. 7
+            "adversarial": F.softplus(-self.discriminator(fake, x.target_domain)).mean(),  # Eq. 7
             "cycle": ((motion - cycled).abs() * newest(motion)).mean(),  # Eq. 8, by L1
             "identity": ((motion - same).abs() * newest(motion)).mean(),  # Eq. 9, by L1
             "style": (first - model.encode(fake, x.target_domain)).abs().mean(),  # Eq. 10

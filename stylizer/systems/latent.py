@@ -2,7 +2,7 @@
 two halves a content code, a probabilistic style code and a generator with AdaIN. Sizes are ours: the paper's are not at
 hand."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
@@ -51,9 +51,11 @@ class Config:
     labelled: bool = True  # the supervised scheme; False: sl is dropped
 
 
-CONFIG = Config()
-UNLABELLED = replace(CONFIG, labelled=False)
-VARIATIONAL = replace(CONFIG, variational=True)
+CONFIGS = {
+    "latent": Config(),
+    "latent_unlabelled": Config(labelled=False),
+    "latent_vae": Config(variational=True),
+}
 RECIPE = Recipe(
     {
         "pose": 1.0,
@@ -61,7 +63,7 @@ RECIPE = Recipe(
         "size": 1e-3,
         "smooth": 1e-2,
         "spread": 1e-3,
-        "way": 1.0,  # Sec. 3.1, 3.2.3
+        "root_velocity": 1.0,  # Sec. 3.1, 3.2.3
         "reconstruction": 1.0,
         "alignment": 0.1,
         "cycle": 1.0,
@@ -195,7 +197,7 @@ class Latent(WholeBody):
     """Autoencoder, style and content encoders, generator and regressor. A code here is z_s with its one-hot label."""
 
     KIND, CONFIG = "latent", Config
-    HELD_BEHIND = 8
+    LOOK_AHEAD = 8
 
     def __init__(self, config: Config) -> None:
         super().__init__(config)
@@ -235,11 +237,11 @@ class Latent(WholeBody):
         result = by_joint(self.local(motion, codes)) * self.deviation[..., LOCAL] + self.mean[..., LOCAL]
         return Restyled(result[..., AXES], result[HIPS : HIPS + 1, ..., PLACE])
 
-    def root_way(self, motion: Tensor) -> Tensor:
+    def predict_root_velocity(self, motion: Tensor) -> Tensor:
         """(B, T, 3) the root's velocity x, z in metres and turn rate in radians a second that fit normalized local
         motion."""
-        way = self.regressor(whole(motion[..., LOCAL]))[0]
-        return way * self.deviation[HIPS, ..., LAYOUT["root"]] + self.mean[HIPS, ..., LAYOUT["root"]]
+        root_velocity = self.regressor(whole(motion[..., LOCAL]))[0]
+        return root_velocity * self.deviation[HIPS, ..., LAYOUT["root"]] + self.mean[HIPS, ..., LAYOUT["root"]]
 
 
 class Objective(nn.Module):
@@ -282,13 +284,13 @@ class Objective(nn.Module):
         else:
             regularized = {"size": z.abs().mean(), "smooth": z.diff(dim=2).abs().mean()}
         rebuilt = model.pose_decoder(z)
-        way = motion[:1, ..., LAYOUT["root"]]
+        root_velocity = motion[:1, ..., LAYOUT["root"]]
         miss = rebuilt - pose
         return {
             "pose": (miss.abs() * newest(pose)).mean(),
             "speed": miss.diff(dim=2).abs().mean(),
             **regularized,
-            "way": (model.regressor(pose) - way).abs().mean(),
+            "root_velocity": (model.regressor(pose) - root_velocity).abs().mean(),
         }
 
     def noise_like(self, z: Tensor, noise: Tensor) -> Tensor:

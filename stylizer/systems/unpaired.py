@@ -64,13 +64,13 @@ class Config:
     window: int = 32  # samples at 30 Hz
     content: tuple[int, int] = (96, 144)  # channels of E_C at T / 2, T / 4; the decoder mirrors them
     style: tuple[int, int] = (96, 144)  # channels of E_S
-    judge: tuple[int, int] = (64, 96)  # channels of D
+    discriminator: tuple[int, int] = (64, 96)  # channels of D
     code: int = 144  # C of z_s
     taps: int = 7  # samples that a convolution sees
     views: int = 5  # projections of a motion that E_S^2D is shown in a step
 
 
-CONFIG = Config()
+CONFIGS = {"unpaired": Config()}
 # alpha of Eq. 8; Eq. 3 is here a mean over all numbers, which makes it small beside the paper's.
 RECIPE = Recipe(
     {
@@ -88,7 +88,7 @@ RECIPE = Recipe(
     momentum=0.5,
     average=0.998,
 )
-JUDGE_RATE = 0.3  # of D's learning rate in the others': it has the easier task
+DISCRIMINATOR_RATE = 0.3  # of D's learning rate in the others': it has the easier task
 
 
 class ContentEncoder(nn.Module):
@@ -214,8 +214,8 @@ class Discriminator(nn.Module):
 
     def __init__(self, config: Config) -> None:
         super().__init__()
-        self.convs, self.halve = stack([JOINT_COUNT * 9, *config.judge], config.taps), halving()
-        self.head = DomainHead(config.judge[-1], len(config.labels), 1)
+        self.convs, self.halve = stack([JOINT_COUNT * 9, *config.discriminator], config.taps), halving()
+        self.head = DomainHead(config.discriminator[-1], len(config.labels), 1)
 
     def feature(self, posed: Tensor) -> Tensor:
         """D_f: (1, B, T, 189) -> (2 B, C), of the windows and then of their ends alone, which a live stream is made
@@ -244,20 +244,20 @@ class Objective(Adversarial):
     def learned(self) -> dict[str, list[tuple[list[nn.Parameter], float]]]:
         """What each phase changes, and how quickly."""
         return {
-            "discriminator": [(list(self.judge.parameters()), JUDGE_RATE)],
+            "discriminator": [(list(self.discriminator.parameters()), DISCRIMINATOR_RATE)],
             "generator": [(list(self.system.parameters()), 1.0)],
         }
 
     def discriminator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """The discriminator's side of Eq. 4."""
-        model, judge = self.system, self.judge
+        model, discriminator = self.system, self.discriminator
         with torch.no_grad():
             fake = whole(model.posed(model.transfer(x.source, model.encode(x.target))))
         real = whole(model.posed(x.target[..., ROTATION])).requires_grad_(step % 8 == 0)
-        score = judge.score(judge.feature(real), x.target_domain)
+        score = discriminator.score(discriminator.feature(real), x.target_domain)
         terms = {
             "real": (score - 1).square().mean(),
-            "fake": judge.score(judge.feature(fake), x.target_domain).square().mean(),
+            "fake": discriminator.score(discriminator.feature(fake), x.target_domain).square().mean(),
         }
         if real.requires_grad:
             terms["slope"] = slope_penalty(score, real)
@@ -265,7 +265,7 @@ class Objective(Adversarial):
 
     def generator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
         """Eq. 3 and the generator's sides of Eq. 4 to 7."""
-        model, judge = self.system, self.judge
+        model, discriminator = self.system, self.discriminator
         clips = torch.cat([x.kin, x.target, x.target_kin], dim=1)
         from_3d = model.encode(clips)
         views = self.views(x)
@@ -275,16 +275,16 @@ class Objective(Adversarial):
 
         both = model.transfer(x.source, torch.cat([kin, target]))
         rebuilt, restyled = model.posed(both).chunk(2, dim=1)
-        fake = judge.feature(whole(restyled))
+        fake = discriminator.feature(whole(restyled))
         with torch.no_grad():
             real = torch.stack(
-                [judge.feature(whole(model.posed(one[..., ROTATION]))) for one in (x.target, x.target_kin)]
+                [discriminator.feature(whole(model.posed(one[..., ROTATION]))) for one in (x.target, x.target_kin)]
             )
         apart = (target - target_kin).norm(dim=1) - (target - kin).norm(dim=1)
         others = x.source_domain != x.target_domain
         return {
             "content": ((rebuilt - model.posed(x.source[..., ROTATION])).abs() * newest(both)).mean(),  # Eq. 3
-            "adversarial": (judge.score(fake, x.target_domain) - 1).square().mean(),  # Eq. 4
+            "adversarial": (discriminator.score(fake, x.target_domain) - 1).square().mean(),  # Eq. 4
             "feature": (fake - real.mean(0)).abs().mean(),  # Eq. 5
             "joint": (from_3d - from_2d).square().sum(-1).mean(),  # Eq. 6
             "triplet": ((apart + MARGIN).clamp(min=0) * others).mean(),  # Eq. 7
@@ -292,7 +292,7 @@ class Objective(Adversarial):
 
     def views(self, x: Labelled) -> list[tuple[Tensor, Tensor]]:
         """(yaw, scale), (3 B,) each, of every view, out of the batch's random numbers."""
-        drawn = torch.special.ndtr(x.noise[:, : 2 * self.system.config.views]).repeat(3, 1)  # uniform in 0 .. 1
-        spans = ((YAWS, drawn[:, 0::2]), (SCALES, drawn[:, 1::2]))
+        sampled = torch.special.ndtr(x.noise[:, : 2 * self.system.config.views]).repeat(3, 1)  # uniform in 0 .. 1
+        spans = ((YAWS, sampled[:, 0::2]), (SCALES, sampled[:, 1::2]))
         yaws, scales = (low + (high - low) * share for (low, high), share in spans)
         return list(zip(yaws.unbind(1), scales.unbind(1)))

@@ -13,7 +13,7 @@ from sim.body.kinematics import forward_kinematics
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, PART_OF_JOINT
 from sim.math import rotations as rot
 from sim.motion.clip import FPS
-from sim.motion.features import HELD, LAYOUT, STRIDE
+from sim.motion.features import LAYOUT, POSE_CHANNELS, STRIDE
 from stylizer.networks.normalization import Scaled
 
 HIPS = INDEX["Hips"]
@@ -35,11 +35,11 @@ class WholeBody(Scaled):
 
     KIND: str
     # samples: a live window ends with its newest one held so long, for a system that answers its end weakly
-    HELD_BEHIND = 0
+    LOOK_AHEAD = 0
 
     def __init__(self, config) -> None:
         super().__init__(config)
-        self.register_buffer("postures", torch.zeros(max(len(config.labels), 1), 21, HELD.stop))
+        self.register_buffer("mean_poses", torch.zeros(max(len(config.labels), 1), 21, POSE_CHANNELS.stop))
 
     def encode(self, motion: Tensor, domain: Tensor) -> Tensor:
         """Codes (B, C) of normalized windows (21, B, T, 15), their domains (B,) given; the same for the same motion."""
@@ -62,7 +62,7 @@ class WholeBody(Scaled):
         return self.encode(motion, torch.full((len(windows),), domain)).mean(dim=0)
 
     @torch.inference_mode()
-    def drawn(self, label: str | None, random: np.random.Generator) -> Tensor:
+    def sample_code(self, label: str | None, random: np.random.Generator) -> Tensor:
         """A code (C,) by chance, in a domain where the system knows domains."""
         domain = self.config.labels.index(label) if label in self.config.labels else 0
         noise = torch.from_numpy(random.standard_normal((1, self.NOISE)).astype(np.float32))
@@ -70,12 +70,12 @@ class WholeBody(Scaled):
 
     def nearest_domain(self, motion: Tensor) -> int:
         """The domain whose mean posture is nearest to that of normalized windows (21, B, T, 15)."""
-        posture = motion[..., HELD].mean(dim=(1, 2))
-        return int((self.postures - posture).abs().mean(dim=(1, 2)).argmin())
+        mean_pose = motion[..., POSE_CHANNELS].mean(dim=(1, 2))
+        return int((self.mean_poses - mean_pose).abs().mean(dim=(1, 2)).argmin())
 
 
 @torch.inference_mode()
-def answers(model: WholeBody, windows: np.ndarray, codes: Tensor, last: int | None = None) -> np.ndarray:
+def stylize_windows(model: WholeBody, windows: np.ndarray, codes: Tensor, last: int | None = None) -> np.ndarray:
     """Features (n B, T, 21, 15) of windows (B, T, 21, 15), each in n of the styles of codes (n B, C); or the `last`
     samples."""
     result = model.restyled(model.normalize(torch.from_numpy(windows.astype(np.float32))), codes)

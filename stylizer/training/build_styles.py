@@ -7,11 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from safetensors.torch import save_file
 
-from sim.io.atomic_write import replacing
-from stylizer.networks import checkpoint as weights
-from stylizer.networks.layers import PartStyle
+from sim.io import tensor_file
+from stylizer.networks.layers import BlockFeatures
 from stylizer.styles import own_style
 from stylizer.styles.bank import BUNDLED
 from stylizer.styles.code_bank import FOLDER, encode_codes
@@ -19,6 +17,7 @@ from stylizer.styles.encoding import refit_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import OwnMotion, StyleClips
 from stylizer.styles.style_file import checked, gait_tensors, read_gait, read_own_motion, write
+from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
@@ -30,9 +29,9 @@ def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]
     Raises ValueError, and writes nothing, where weights or styles are missing or do not belong together."""
     out_dir = Path(out_dir)
     puzzle = {path: checked(path) for path in sorted(styles.glob("*.safetensors")) if path.stem != OWN}
-    codes = {path: weights.read(path) for path in sorted((styles / FOLDER).glob("*.safetensors"))}
-    model, fingerprint = weights.load()
-    systems = {path: weights.load(path.stem) for path in codes}
+    codes = {path: checkpoint.read(path) for path in sorted((styles / FOLDER).glob("*.safetensors"))}
+    model, fingerprint = checkpoint.load()
+    systems = {path: checkpoint.load(path.stem) for path in codes}
     for path, (header, _) in (puzzle | codes).items():
         if header.get("weights") != systems.get(path, (model, fingerprint))[1]:
             raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
@@ -54,7 +53,7 @@ def _write_style(
 ) -> None:
     """A style of Motion Puzzle, given as its file for another controller."""
     features = {
-        level: PartStyle(*(tensors[f"{level}.{key}"].float() for key in PartStyle._fields))
+        level: BlockFeatures(*(tensors[f"{level}.{key}"].float() for key in BlockFeatures._fields))
         for level in model.config.styled
     }
     style = refit_clips(model, StyleClips(features, read_gait(header, tensors)), own)
@@ -72,6 +71,4 @@ def _write_codes(
     speeds = json.loads(header["speeds"]) | {OWN: velocity_factor(np.concatenate(own.windows))}
     movements = json.loads(header["movements"]) | {OWN: own.gait.movements}
     header = header | {"controller": own.controller, "speeds": json.dumps(speeds), "movements": json.dumps(movements)}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
-        save_file(tensors, temporary, header)
+    tensor_file.write(path, {key: tensor.numpy() for key, tensor in tensors.items()}, header)

@@ -10,12 +10,10 @@ from typing import Callable, Sequence, TypeVar
 from tqdm import tqdm
 
 from stylizer.data.dataset import MotionData, pack
-from stylizer.networks import checkpoint as weights
-from stylizer.styles import bundled_styles as bundled
-from stylizer.styles import code_bank as codes
-from stylizer.systems import registry as systems
-from stylizer.systems.motion_puzzle.config import CONFIGS
+from stylizer.styles import bundled_styles, code_bank
+from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.objective import RECIPES
+from stylizer.systems.registry import all_networks
 from stylizer.training.distributed import Processes, wait
 from stylizer.training.train_systems import SystemTrainer
 from stylizer.training.trainer import Trainer
@@ -31,19 +29,19 @@ def train(
     minutes: float = 60,
     resume: bool = False,
     seed: int = 1,
-    network: str = weights.SLIM,
+    network: str = checkpoint.SLIM,
     recipe: str = "ours",
     leave_out: Sequence[str] = (),
     steps: int | None = None,
 ) -> Path:
     """Trains on every BVH under data_dir; writes pack, checkpoint, curve (CSV, PNG), weights and styles under out_dir.
 
-    network and recipe: names of `configs.CONFIGS` and `losses.RECIPES`; a network of `systems.NETWORKS` has a recipe of
-    its own. Stops after `minutes` of training in all, or `steps` where networks are to be compared that cost unlike;
-    `resume` goes on from the checkpoint exactly where it stopped, random numbers included. leave_out: words; clips with
-    one of them in their name are not learned from. Under torchrun every process draws its own windows and the first one
-    writes. Returns the weight file's path. Raises ValueError for unknown names and where the folder holds nothing to
-    learn from."""
+    network and recipe: names of stylizer.systems.registry.all_networks and of `objective.RECIPES`; a whole-body network
+    has a recipe of its own. Stops after `minutes` of training in all, or `steps` where networks are to be compared that
+    cost unlike; `resume` goes on from the checkpoint exactly where it stopped, random numbers included. leave_out:
+    words; clips with one of them in their name are not learned from. Under torchrun every process draws its own windows
+    and the first one writes. Returns the weight file's path. Raises ValueError for unknown names and where the folder
+    holds nothing to learn from."""
     data_dir, out_dir = Path(data_dir), Path(out_dir)
     make = trainer_of(network, recipe)
     with Processes() as rank:
@@ -55,9 +53,9 @@ def train(
             for reason, count in data.skipped.items():
                 tqdm.write(f"skipped {count} clips: {reason}")
         trainer = make(data, seed + 1000 * rank)
-        checkpoint, path = out_dir / "checkpoint.pt", out_dir / f"{network}.safetensors"
+        state, path = out_dir / "checkpoint.pt", out_dir / f"{network}.safetensors"
         if resume:
-            trainer.restore(checkpoint)
+            trainer.restore(state)
         budget, unit = (steps, " steps") if steps else (minutes * 60, "s")
 
         def done() -> float:
@@ -75,27 +73,29 @@ def train(
                 if rank == 0 and (trainer.spent - saved > CHECKPOINT_SECONDS or done() >= budget):
                     saved = trainer.spent
                     trainer.log(out_dir / "curve.csv")
-                    trainer.keep(checkpoint)
+                    trainer.keep(state)
                     until = f"--steps {steps}" if steps else f"--minutes {minutes:g}"
                     command = f"patchwalk train stylizer {until} --network {network} --recipe {recipe}"
                     left_out = f" --leave-out {' '.join(leave_out)}" if leave_out else ""
                     trainer.save_weights(path, data_dir, command + left_out)
         if rank == 0:
             plot_curve(out_dir / "curve.csv")
-            (codes if network in systems.NETWORKS else bundled).build(network, out_dir, data_dir, out_dir / "styles")
+            (bundled_styles if all_networks()[network].by_part else code_bank).build(
+                network, out_dir, data_dir, out_dir / "styles"
+            )
         wait()
     return path
 
 
 def trainer_of(network: str, recipe: str) -> Callable[[MotionData, int], Trainer]:
     """What makes the trainer of a network, of data and a seed. Raises ValueError for unknown names."""
-    named(CONFIGS | systems.NETWORKS, network, "network")
-    if network in systems.NETWORKS:
+    system = named(all_networks(), network, "network")
+    if not system.by_part:
         if recipe != "ours":
             raise ValueError(f"{network} has one recipe: leave --recipe out")
         return lambda data, seed: SystemTrainer(data, network, seed)
     how = named(RECIPES, recipe, "recipe")
-    return lambda data, seed: Trainer(data, CONFIGS[network], how, seed)
+    return lambda data, seed: Trainer(data, system.load_configs()[network], how, seed)
 
 
 def named(table: dict[str, T], name: str, what: str) -> T:

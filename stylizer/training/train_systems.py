@@ -8,17 +8,18 @@ import numpy as np
 import torch
 from torch import distributed
 
-from sim.motion.features import HELD
+from sim.motion.features import POSE_CHANNELS
 from stylizer.data.dataset import MotionData
-from stylizer.data.domains import LabelledSampler, as_inputs, labels_of, mean_postures
+from stylizer.data.domains import LabelledSampler, as_inputs, labels_of, mean_poses
 from stylizer.data.sampler import statistics
-from stylizer.systems import registry as systems
+from stylizer.systems.registry import all_networks
 from stylizer.training.trainer import HELD_OUT_BATCHES, SECOND_MOMENT, Trainer, falling
 
 
 class SystemTrainer(Trainer):
-    """A `Trainer` of one of `systems.NETWORKS`. The system's own file says what is learned: its RECIPE and its
-    Objective, which gives the terms of each phase (Objective.forward) and what a phase changes (Objective.learned).
+    """A `Trainer` of a whole-body network of stylizer.systems.registry. The system's own file says what is learned: its
+    RECIPE and its Objective, which gives the terms of each phase (Objective.forward) and what a phase changes
+    (Objective.learned).
 
     Raises ValueError where the data has no labels, and under torchrun."""
 
@@ -30,9 +31,10 @@ class SystemTrainer(Trainer):
         torch.manual_seed(seed)
         torch.set_flush_denormal(True)
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-        module, learned_from = systems.module(network), data.split(held_out=False)
+        system, learned_from = all_networks()[network], data.split(held_out=False)
+        module = system.load_training()
         labels = labels_of(learned_from)
-        config, self.recipe = replace(systems.config(network), labels=labels), module.RECIPE
+        config, self.recipe = replace(system.load_configs()[network], labels=labels), module.RECIPE
         samplers = [
             LabelledSampler(part, labels, config.window, seed) for part in (learned_from, data.split(held_out=True))
         ]
@@ -40,8 +42,8 @@ class SystemTrainer(Trainer):
         self.objective = module.Objective(config)
         self.model = self.objective.system
         self.model.set_statistics(*statistics(LabelledSampler(learned_from, labels, config.window, seed)))
-        self.model.postures.copy_(
-            mean_postures(self.model, LabelledSampler(learned_from, labels, config.window, seed), HELD)
+        self.model.mean_poses.copy_(
+            mean_poses(self.model, LabelledSampler(learned_from, labels, config.window, seed), POSE_CHANNELS)
         )
         self.objective.to(self.device)
         self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=self._averaged)

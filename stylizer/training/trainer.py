@@ -11,11 +11,11 @@ import torch
 from torch import distributed, nn
 
 from sim.body.skeleton import PARTS
-from sim.io.atomic_write import replacing
+from sim.io.atomic_write import atomic_write
 from sim.io.provenance import commit, credit
 from stylizer.data.dataset import MotionData
 from stylizer.data.sampler import Batch, Sampler, statistics
-from stylizer.networks import checkpoint as weights
+from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.config import Config
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.motion_puzzle.objective import OURS, Inputs, Recipe, losses
@@ -128,7 +128,7 @@ class Trainer:
         """Writes the checkpoint."""
         state = {name: getattr(self, name).state_dict() for name in self.KEPT}
         random = self.sampler.random.bit_generator.state
-        with replacing(path) as temporary:
+        with atomic_write(path) as temporary:
             torch.save({**state, "step": self.step, "spent": self.spent, "random": random}, temporary)
 
     def restore(self, path: Path) -> None:
@@ -163,7 +163,7 @@ class Trainer:
         """Writes the averaged network's weight file."""
         clips = self.sampler.data.clips
         folders = sorted({clip.name.split("/")[0] for clip in clips})
-        weights.save(
+        checkpoint.save(
             self.average.module,
             path,
             data=f"{data_dir.name}: {', '.join(folders[:12])}",

@@ -11,7 +11,9 @@ from demo import assemble, cli
 from demo.state.style_names import check_styles, parse_style
 from sim.body.skeleton import PART_NAMES
 from sim.io import recording
+from sim.style_spec import PartSpec
 from stylizer.styles.bundled_styles import CLIPS
+from stylizer.systems.motion_puzzle.config import CONFIGS
 
 ROOT = Path(__file__).parents[2]
 GOOD = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
@@ -143,6 +145,8 @@ def no_video(path) -> None:
 def test_bench_reports_every_field(folder, fake_models, monkeypatch, capsys):
     monkeypatch.setattr(assemble, "BUNDLED_RECORDING", folder / "good.jsonl")
     monkeypatch.setattr("demo.bench.bench.TURNS", 2)
+    monkeypatch.setattr("demo.bench.bench.rival", lambda config: config)
+    monkeypatch.setattr("demo.bench.bench.timed", {CONFIGS["full"]: 0.03, CONFIGS["paper_slim"]: 0.02}.get)  # seconds
     rows = [
         {
             "model": "slim",
@@ -170,7 +174,7 @@ def test_bench_reports_every_field(folder, fake_models, monkeypatch, capsys):
         "noise",
     }
     times = report["stylizer_ms"]
-    assert times["full"]["p50"] > times["paper_slim"]["p50"] > times["shipped"]["p50"] > 0
+    assert (times["full"]["p50"], times["paper_slim"]["p50"]) == (30.0, 20.0) and times["shipped"]["p50"] > 0
     assert report["ratio"]["full_over_shipped"] == pytest.approx(
         times["full"]["p50"] / times["shipped"]["p50"], rel=0.02
     )
@@ -218,11 +222,11 @@ def test_help_is_quick_and_its_reader_may_leave():
 
 
 def test_styles_on_the_command_line():
-    assert parse_style("arms=old:0.8") == (("left_arm", "right_arm"), ("old", 0.8))
-    assert parse_style("spine=proud") == (("spine",), ("proud", 1.0))
-    assert parse_style("spine=C:\\walk.bvh:1.5") == (("spine",), ("C:\\walk.bvh", 1.5))
-    assert parse_style("spine=old+C:\\a+b@2x.bvh@0.4:0.5") == (("spine",), ("old", 0.5, "C:\\a+b@2x.bvh", 0.4))
-    assert parse_style("spine=a+b.bvh") == (("spine",), ("a+b.bvh", 1.0))
+    assert parse_style("arms=old:0.8") == (("left_arm", "right_arm"), PartSpec("old", 0.8))
+    assert parse_style("spine=proud") == (("spine",), PartSpec("proud", 1.0))
+    assert parse_style("spine=C:\\walk.bvh:1.5") == (("spine",), PartSpec("C:\\walk.bvh", 1.5))
+    assert parse_style("spine=old+C:\\a+b@2x.bvh@0.4:0.5") == (("spine",), PartSpec("old", 0.5, "C:\\a+b@2x.bvh", 0.4))
+    assert parse_style("spine=a+b.bvh") == (("spine",), PartSpec("a+b.bvh", 1.0))
     for bad in ("arms", "arms=", "=old", "tail=old", "arms=old:1.6", "arms=old:-1", "arms=old:nan", "arms=a+b@1.2"):
         with pytest.raises(ValueError):
             parse_style(bad)

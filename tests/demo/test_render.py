@@ -23,6 +23,7 @@ from sim.body.skeleton import INDEX, JOINT_COUNT, REST_HIPS_HEIGHT
 from sim.command import Command
 from sim.math import rotations as rot
 from sim.session import Frame
+from sim.style_spec import StyleSpec
 from tests.support.fakes import fake_session, offscreen
 from tests.support.golden import assert_golden
 
@@ -125,11 +126,15 @@ def test_body_stays_in_a_picture_that_is_higher_than_wide():
         assert abs(project(Camera(yaw=np.pi), (x, 0.9, 0.0), aspect=0.5)[0]) < 1
 
 
+OLD = (0.463352, 0.571822, 0.107505)  # the colour of the style `old`
+
+
 def test_style_colours_are_stable_and_tell_styles_apart():
-    assert colours.style_colour("old") == colours.style_colour("old") != colours.style_colour("proud")
-    half, full = (colours.part_colours({"spine": ("old", strength)})[2] for strength in (0.5, 1.0))
+    assert colours.style_colour("old") == pytest.approx(OLD, abs=1e-6), "in every process"
+    assert np.abs(np.subtract(colours.style_colour("proud"), OLD)).max() > 0.1
+    half, full = (colours.part_colours(StyleSpec({"spine": ("old", strength)}))[2] for strength in (0.5, 1.0))
     np.testing.assert_allclose(half, (full + colours.OWN_STYLE) / 2)
-    np.testing.assert_allclose(colours.part_colours({}), np.tile(colours.OWN_STYLE, (5, 1)))
+    np.testing.assert_allclose(colours.part_colours(StyleSpec()), np.tile(colours.OWN_STYLE, (5, 1)))
 
 
 # ---- windows -----------------------------------------------------------
@@ -208,11 +213,11 @@ def test_golden_picture(screen):
 
 def test_golden_picture_of_what_is_seen_inside(screen):
     frame = frame_of()
-    way = np.linspace(0, 1, 6)[:, None]
+    displacement = np.linspace(0, 1, 6)[:, None]
     paths = Paths(
-        way * [-1.0, 0.2] + frame.styled.root_position[[0, 2]],
-        frame.styled.root_position[[0, 2]] + way * [1.0, 0.3],
-        frame.styled.root_position[[0, 2]] + way * [0.8, 0.5],
+        displacement * [-1.0, 0.2] + frame.styled.root_position[[0, 2]],
+        frame.styled.root_position[[0, 2]] + displacement * [1.0, 0.3],
+        frame.styled.root_position[[0, 2]] + displacement * [0.8, 0.5],
     )
     past = tuple(moved(frame.neutral, (-0.12 * age, 0, 0)) for age in (3, 2, 1))
     view = view_of(frame, twin="ghost", skeleton=True, paths=paths, past=past)

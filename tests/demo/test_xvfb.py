@@ -1,27 +1,47 @@
 """The window on a real X server, driven by real key and button events: Xvfb and xdotool, where they are."""
 
+import json
 import os
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
+from queue import Empty, Queue
+from threading import Thread
+from typing import Callable
 
 import pytest
 
 from sim.io import recording
 
 ROOT = Path(__file__).parents[2]
+PATIENCE = 120  # seconds without a word from the program after which it is given up; nothing is measured by it
+# Says what a user could see of the window, in a line of JSON whenever that has changed, and last the files it wrote.
 RUN = """
-from demo import live
+import json
+import pygame
+from demo.live import live
+from demo.render.window import NoGL
 from tests.support.fakes import BENDS, fake_session
-draw = live.Live.draw
-def draw_and_say(self):
-    draw(self)
-    if self.pictures == 1:
-        print("ready", flush=True)
-live.Live.draw = draw_and_say
-print(*live.run_live(fake_session(), tuple(BENDS), seconds=60).files, sep="\\n")
+
+class Telling(live.Live):
+    told = None
+
+    def draw(self):
+        super().draw()
+        seen = {"pointer": pygame.mouse.get_pos(), "recording": self.recorder is not None, "picked": self.choice.picked,
+                "mode": self.devices.mode, "search": self.choice.search, "walks": self.frame.command.move != (0, 0),
+                "wears": self.choice.name, "distance": self.view.camera._wanted["distance"], "files": len(self.files)}
+        if seen != self.told:
+            self.told = seen
+            print(json.dumps(seen), flush=True)
+
+live.Live = Telling
+try:
+    report = live.run_live(fake_session(), tuple(BENDS))
+    print(json.dumps({"written": [str(path) for path in report.files]}), flush=True)
+except NoGL as error:
+    print(json.dumps({"no_gl": str(error)}), flush=True)
 """
 
 
@@ -41,38 +61,79 @@ def display():
         pytest.skip("Xvfb does not start here")
     yield f":{number}"
     server.terminate()
-    server.wait(10)
+    server.wait()
     os.close(reading)
 
 
-def test_keys_and_mouse_on_a_real_screen(display, tmp_path):
-    environment = {**os.environ, "DISPLAY": display, "PATCHWALK_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
-    environment.pop("SDL_VIDEODRIVER", None)
-    environment.pop("PYOPENGL_PLATFORM", None)
-    window = subprocess.Popen(
-        [sys.executable, "-c", RUN], cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True
-    )
+class Program:
+    """The window in a process of its own, and a user who waits to see what each key does before pressing the next."""
 
-    def drive(*words: str, wait: float = 0.5) -> None:
-        subprocess.run(["xdotool", *words], env=environment, check=True)
-        time.sleep(wait)
+    def __init__(self, display: str, folder: Path) -> None:
+        self.environment = {**os.environ, "DISPLAY": display, "PATCHWALK_HOME": str(folder), "PYTHONPATH": str(ROOT)}
+        self.environment.pop("SDL_VIDEODRIVER", None)
+        self.environment.pop("PYOPENGL_PLATFORM", None)
+        self.errors = folder / "stderr.txt"
+        with self.errors.open("w") as errors:
+            self.process = subprocess.Popen(
+                [sys.executable, "-c", RUN],
+                cwd=folder,
+                env=self.environment,
+                text=True,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+            )
+        self.lines, self.last = Queue(), None
+        Thread(target=self._listen, daemon=True).start()
 
-    while (line := window.stdout.readline().strip()) != "ready":
-        if window.poll() is not None:
-            pytest.skip(f"no OpenGL on this X server: {line}")
-    drive("mousemove", "600", "200")
-    drive("key", "r")
-    drive("keydown", "w")
-    drive("key", "4")
-    drive("key", "slash")
-    drive("type", "flap")
-    drive("key", "Return")
-    drive("keyup", "w")
-    drive("click", "4")
-    drive("key", "r")
-    drive("key", "F12", wait=1.0)
-    drive("key", "Escape")
-    files = [Path(line) for line in window.communicate(timeout=30)[0].split("\n") if line]
+    def _listen(self) -> None:
+        for line in self.process.stdout:
+            if line.startswith("{"):
+                self.lines.put(json.loads(line))
+        self.lines.put(None)
+
+    def wait_for(self, is_there: Callable[[dict], bool]) -> dict:
+        """The next line of the program in which something is there."""
+        while True:
+            try:
+                said = self.lines.get(timeout=PATIENCE)
+            except Empty:
+                pytest.fail(f"nothing more happened; last it was {self.last}")
+            self.last = said
+            assert said is not None, f"the program ended: {self.errors.read_text()}"
+            if "no_gl" in said:
+                pytest.skip(f"no OpenGL on this X server: {said['no_gl']}")
+            if is_there(said):
+                return said
+
+    def drive(self, *words: str, until: Callable[[dict], bool]) -> dict:
+        """Does something with xdotool and waits until it shows."""
+        subprocess.run(["xdotool", *words], env=self.environment, check=True)
+        return self.wait_for(until)
+
+
+@pytest.fixture
+def program(display, tmp_path):
+    program = Program(display, tmp_path)
+    yield program
+    program.process.kill()
+    program.process.wait()
+
+
+def test_keys_and_mouse_on_a_real_screen(program):
+    before = program.wait_for(lambda seen: "pointer" in seen)
+    program.drive("mousemove", "600", "200", until=lambda seen: seen["pointer"] not in ([0, 0], before["pointer"]))
+    program.drive("key", "r", until=lambda seen: seen["recording"])
+    program.drive("keydown", "w", until=lambda seen: seen["walks"])
+    program.drive("key", "4", until=lambda seen: seen["picked"] == "left_arm")
+    program.drive("key", "slash", until=lambda seen: seen["mode"] == "typing")
+    program.drive("type", "flap", until=lambda seen: seen["search"] == "flap")
+    program.drive("key", "Return", until=lambda seen: seen["mode"] == "" and seen["wears"] == "flapping")
+    program.drive("keyup", "w", until=lambda seen: not seen["walks"])
+    program.drive("click", "4", until=lambda seen: seen["distance"] < before["distance"])
+    program.drive("key", "r", until=lambda seen: not seen["recording"] and seen["files"] == 1)
+    program.drive("key", "F12", until=lambda seen: seen["files"] == 2)
+    last = program.drive("key", "Escape", until=lambda said: "written" in said)
+    files = [Path(path) for path in last["written"]]
     assert sorted(path.suffix for path in files) == [".jsonl", ".png"] and all(path.exists() for path in files)
     commands = list(recording.read(next(path for path in files if path.suffix == ".jsonl")))
     assert any(command.move != (0, 0) for command in commands)

@@ -25,24 +25,25 @@ def walk_file(tmp_path):
 
 def test_everything_that_is_public_is_there_and_says_what_it_is():
     for name in pw.__all__:
-        assert getattr(pw, name).__doc__, name
+        said = getattr(pw, name).__doc__
+        assert said and not said.startswith(f"{name}("), f"{name}: Python's own words are none"
 
 
 def test_a_session_steps(own_styles):
     session = pw.Session(pw.load_controller(), pw.load_stylizer())
     for _ in range(30):
-        frame = session.step(pw.Command(move=(0, 1), gait="walk", style=pw.style({"arms": ("old", 0.8)})))
+        frame = session.step(pw.Command(move=(0, 1), gait="walk", style={"arms": ("old", 0.8)}))
     assert frame.styled.positions.shape == (21, 3)
     assert not np.array_equal(frame.styled.rotations, frame.neutral.rotations)
 
 
 def test_a_style_is_spelt_as_it_is_meant():
-    assert pw.style({"arms": "old"}) == {"left_arm": ("old", 1.0), "right_arm": ("old", 1.0)}
-    assert pw.style({"spine": ("old", 0.5, "proud", 0.2)}) == {"spine": ("old", 0.5, "proud", 0.2)}
+    assert pw.StyleSpec({"arms": "old"}) == pw.StyleSpec({"left_arm": "old", "right_arm": "old"})
+    assert pw.StyleSpec({"spine": ("old", 0.5, "proud", 0.2)})["spine"] == ("old", 0.5, "proud", 0.2)
     with pytest.raises(ValueError, match="unknown body part 'tail'"):
-        pw.style({"tail": "old"})
+        pw.StyleSpec({"tail": "old"})
     with pytest.raises(ValueError, match="strength of arms is 99"):
-        pw.style({"arms": ("old", 99)})
+        pw.StyleSpec({"arms": ("old", 99)})
 
 
 def test_the_examples_run(own_styles, walk_file, tmp_path, capsys, monkeypatch):
@@ -54,6 +55,7 @@ def test_the_examples_run(own_styles, walk_file, tmp_path, capsys, monkeypatch):
     assert "cm from the neutral walk" in capsys.readouterr().out
     monkeypatch.setattr(crowd, "FRAMES", 10)
     crowd.main()
+    assert capsys.readouterr().out.count(" m\n") == crowd.COUNT
     monkeypatch.setattr(train_controller, "train", lambda data, out, minutes: out / "pfnn.safetensors")
     train_controller.main("mocap", str(tmp_path), "1")
     assert "pfnn.safetensors" in capsys.readouterr().out

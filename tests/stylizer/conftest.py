@@ -9,11 +9,11 @@ import torch
 from sim.io import bvh
 from sim.motion.features import STRIDE, clip_features
 from sim.motion.gait import stride_phase
-from stylizer.networks import checkpoint as weights
 from stylizer.styles import own_style, style_file
-from stylizer.styles.bank import Bank
+from stylizer.styles.bank import StyleBank
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion, style_windows
+from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.config import SLIM
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from tests.support.walker import walking_clip
@@ -67,11 +67,11 @@ def bank(tmp_path, monkeypatch):
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
     with torch.no_grad():
         model.decoder.head.weight.mul_(2)  # untrained, the styles would hardly differ
-    weights.save(model, tmp_path / "weights" / "tiny.safetensors", licence="none")
-    monkeypatch.setattr(weights, "FOLDER", tmp_path / "weights")
-    model, fingerprint = weights.load("tiny")
+    checkpoint.save(model, tmp_path / "weights" / "tiny.safetensors", licence="none")
+    monkeypatch.setattr(checkpoint, "FOLDER", tmp_path / "weights")
+    model, fingerprint = checkpoint.load("tiny")
     elsewhere = np.random.default_rng(0).normal(size=(21, 15))
     own = own_motion(features)
     own_style.write(tmp_path / "styles", own, model, fingerprint)
     write_style(tmp_path / "styles", "other", model, fingerprint, [movement(features + elsewhere)], own)
-    return Bank("tiny", tmp_path / "styles", tmp_path / "user")
+    return StyleBank("tiny", tmp_path / "styles", tmp_path / "user")

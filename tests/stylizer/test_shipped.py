@@ -15,8 +15,8 @@ from sim.math import rotations as rot
 from sim.motion.clip import FPS
 from sim.retarget.retarget import load_clip
 from sim.session import Session
-from stylizer.runtime.offline import looks, stylize
-from stylizer.styles.bank import Bank
+from stylizer.runtime.offline import resolve_styles, stylize
+from stylizer.styles.bank import StyleBank
 
 FASTEST, FARTHEST = 1500, 0.15  # degrees a second that a joint turns, metres that it moves in a frame about the root
 STYLES = "old", "proud", "sad", "marching", "angry", "not-confident", "soldier", "childish"
@@ -165,8 +165,8 @@ def test_full_stick_in_old_legs_goes_at_the_pace_of_the_old(session):
 def test_a_slow_clip_stays_slow_when_it_is_restyled(tmp_path):
     """No joint moves more in a frame than the content's quickest does, and 3 cm."""
     torch.set_num_threads(1)
-    bank, content = Bank(user=tmp_path), load_clip(SLOW)
-    styled = stylize(bank.model, content, looks(bank, wearing("old")))
+    bank, content = StyleBank(user=tmp_path), load_clip(SLOW)
+    styled = stylize(bank.model, content, resolve_styles(bank, wearing("old")))
     before, after = (np.linalg.norm(np.diff(clip.positions(), axis=0), axis=-1) for clip in (content, styled))
     assert after.max() < before.max() + 0.03
     apart = np.linalg.norm(styled.positions() - content.positions(), axis=-1)

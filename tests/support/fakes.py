@@ -25,6 +25,8 @@ BENDS = {"bent": 0.35, "flapping": -0.6, "marching": 0.2}  # style name -> radia
 class Walker:
     """Goes where the stick points and swings legs and arms as sines of a phase that advances with the way."""
 
+    fingerprint = trajectory = None
+
     def __init__(self) -> None:
         self.restart()
 
@@ -70,11 +72,11 @@ class Bender(FakeStylizer):
 
     def step(self, window: np.ndarray, neutral: Pose, style, travel=1.0) -> Pose:
         local = neutral.local_rotations.copy()
-        for part, (name, strength, *_) in style.items():
-            if name not in BENDS:
-                raise ValueError(f"unknown style '{name}'")
+        for part, spec in style.items():
+            if spec.name not in BENDS:
+                raise ValueError(f"unknown style '{spec.name}'")
             joints = [joint for joint in PARTS[part] if joint != 0]
-            bend = rot.from_axis_angle(X, np.array(BENDS[name] * strength * 0.5))
+            bend = rot.from_axis_angle(X, np.array(BENDS[spec.name] * spec.strength * 0.5))
             local[joints] = rot.multiply(local[joints], np.tile(bend, (len(joints), 1)))
         return neutral.with_body(neutral.hips, to_global(local))
 

@@ -28,9 +28,11 @@ class Config:
     attention: bool = True  # BP-ATN (Sec. 7.2)
     own_ends: bool = False  # each joint has weights of its own in the 1x1 convolutions at both ends
     key_poses: int = 0  # moments whose key poses are put on directly, joint by joint; the network makes what is missing
-    way: int = 0  # hidden units by which the content's way over the floor has a say in BP-AdaIN; 0: none
+    root_units: int = 0  # hidden units by which the content's root velocity conditions BP-AdaIN; 0: none
     decodes: bool = True  # False: the decoder adds nothing to the key poses
-    relative: bool = False  # the content is decoded in its own style as well, and how the two answers differ is put on
+    residual_output: bool = (
+        False  # the content is decoded in its own style as well, and how the two answers differ is put on
+    )
 
     def conv(self, level: int, channels_in: int, channels_out: int, taps: int = 0) -> STConv:
         """A spatial-temporal convolution on graph G_level with this table's kernel."""
@@ -65,7 +67,7 @@ class Config:
 FULL = Config()  # Table 3
 PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, App. A.1: the paper's real-time system
 # What measurement added to the paper's networks.
-ADDED = {"style_statistics": 2, "own_ends": True, "key_poses": 96, "way": 32, "relative": True}
+ADDED = {"style_statistics": 2, "own_ends": True, "key_poses": 96, "root_units": 32, "residual_output": True}
 LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
 SLIM = replace(PAPER_SLIM, stem=12, channels=(24, 48, 96), **ADDED)  # what is shipped
 CONFIGS = {

@@ -21,14 +21,14 @@ STANDING = (0.1, 0.4)  # metres a second between which standing becomes going
 MOST = 1.2  # logarithm of the most that a way makes a style livelier, or quieter
 
 
-def known_way(way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def known_direction(root_velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The part of ways over the floor (B, 3), in metres and radians a second, that styled captures show, forwards or
     backwards (B, 3), and how far (B, 1) a way is of that kind: nobody was captured side-stepping or standing in a
     style, so what was learned says nothing of it, and spine and arms are held there as the style's clip has them."""
-    forward = np.zeros_like(way)
-    forward[..., 1] = way[..., 1]
-    over_floor = np.square(way[..., :2]).sum(axis=-1, keepdims=True)
-    share = np.square(way[..., 1:2]) / np.maximum(over_floor, 1e-9)
+    forward = np.zeros_like(root_velocity)
+    forward[..., 1] = root_velocity[..., 1]
+    over_floor = np.square(root_velocity[..., :2]).sum(axis=-1, keepdims=True)
+    share = np.square(root_velocity[..., 1:2]) / np.maximum(over_floor, 1e-9)
     return forward, share * smooth_step(np.sqrt(over_floor), *STANDING)
 
 
@@ -43,19 +43,19 @@ class DirectionTransfer(nn.Module):
         self.going = nn.Linear(CODE + ROOT_SIZE, HIDDEN)
         self.weight = nn.Parameter(torch.zeros(len(PARTS), HIDDEN, 2 * part))  # every part has its own
 
-    def style_side(self, mean: Tensor, deviation: Tensor, way: Tensor) -> tuple[Tensor, Tensor]:
+    def style_side(self, mean: Tensor, deviation: Tensor, root_velocity: Tensor) -> tuple[Tensor, Tensor]:
         """Mean and deviation (B, body) of a normalized clip and its mean way (B, 3) -> its code (B, CODE), and what it
         is going its own way, (5, B, 2 part), from which others differ."""
-        code = self.code(leaky(self.seen(torch.cat([mean, (deviation + LEAST).log(), way], dim=1))))
+        code = self.code(leaky(self.seen(torch.cat([mean, (deviation + LEAST).log(), root_velocity], dim=1))))
         by_part = code.expand(len(PARTS), -1, -1)
-        return code, self.worn(by_part, way)
+        return code, self.styled(by_part, root_velocity)
 
-    def worn(self, code: Tensor, way: Tensor) -> Tensor:
+    def styled(self, code: Tensor, root_velocity: Tensor) -> Tensor:
         """Codes (5, B, CODE), each part's of its own style, and a way (B, 3) -> (5, B, 2 part)."""
-        return leaky(self.going(torch.cat([code, way.expand(len(PARTS), -1, -1)], dim=2))) @ self.weight
+        return leaky(self.going(torch.cat([code, root_velocity.expand(len(PARTS), -1, -1)], dim=2))) @ self.weight
 
-    def forward(self, code: Tensor, here: Tensor, way: Tensor) -> tuple[Tensor, Tensor]:
-        """From where a style was seen, `here` (see `style_side`), to a way (B, 3): what is added to the mean, and the
-        logarithm of what the movement is multiplied by, two of (5, B, part)."""
-        shift, gain = (self.worn(code, way) - here).chunk(2, dim=2)
+    def forward(self, code: Tensor, source_prediction: Tensor, root_velocity: Tensor) -> tuple[Tensor, Tensor]:
+        """From where a style was seen, `source_prediction` (see `style_side`), to a way (B, 3): what is added to the
+        mean, and the logarithm of what the movement is multiplied by, two of (5, B, part)."""
+        shift, gain = (self.styled(code, root_velocity) - source_prediction).chunk(2, dim=2)
         return shift, gain.clamp(-MOST, MOST)

@@ -11,12 +11,12 @@ import numpy as np
 import torch
 
 from sim.body.skeleton import PARTS
-from stylizer.networks.layers import EPSILON, JointLinear, PartStyle, Pool, STConv
+from stylizer.networks.layers import EPSILON, BlockFeatures, JointLinear, Pool, STConv
 from stylizer.systems.motion_puzzle.config import KEY_POSES, Config
-from stylizer.systems.motion_puzzle.direction_transfer import MOST, ROOT, known_way
+from stylizer.systems.motion_puzzle.direction_transfer import MOST, ROOT, known_direction
 from stylizer.systems.motion_puzzle.key_poses import BODY, QUIET, KeyPoses
 from stylizer.systems.motion_puzzle.model import BPStyleNet, MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import Style
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
 UPPER = np.array([not name.endswith("leg") for name in PARTS])  # of the parts: spine and arms
 KEPT = 16  # styles whose numbers are kept at hand
@@ -30,12 +30,12 @@ class TorchInference:
         self.model = model
 
     @torch.inference_mode()
-    def decoded(self, windows: np.ndarray, style: Style, own: Style) -> np.ndarray:
+    def decoded(self, windows: np.ndarray, style: StyleFeatures, own: StyleFeatures) -> np.ndarray:
         """What the decoder changes in the last sample of windows of features (batch, samples, 21, 15)."""
         model = self.model
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
         content = model.content_encoder(motion)
-        if not model.config.relative:
+        if not model.config.residual_output:
             (styled,) = model.decoded(motion, content, [style], last=1)
             return model.restore(styled)[:, 0].double().numpy() - windows[:, -1]
         styled, rebuilt = map(self._features, model.decoded(motion, content, [style, own], last=1))
@@ -43,7 +43,12 @@ class TorchInference:
 
     @torch.inference_mode()
     def key_poses(
-        self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style, own: Style
+        self,
+        poses: np.ndarray,
+        root_velocities: np.ndarray,
+        own_root_velocities: np.ndarray,
+        style: StyleFeatures,
+        own: StyleFeatures,
     ) -> tuple[np.ndarray, np.ndarray]:
         """What key poses make of the moment that poses, features (batch, 21, 15), are in: as it is in the style, of a
         body that goes mean ways over the floor (batch, 3), and as it is in their own, of motion that goes its own
@@ -51,16 +56,27 @@ class TorchInference:
         key_poses, model = self.model.key_poses, self.model
         if not key_poses:
             return poses, poses
-        told = key_poses.told(model.normalize(torch.from_numpy(poses[:, None].astype(np.float32))), own[KEY_POSES])
+        attention = key_poses.attend(
+            model.normalize(torch.from_numpy(poses[:, None].astype(np.float32))), own[KEY_POSES]
+        )
         mean, deviation = (values[0, 0, 0, ROOT] for values in (model.mean, model.deviation))
-        forward, known = known_way(ways)
-        way, own_way, forward = (
-            (torch.from_numpy(each.astype(np.float32)) - mean) / deviation for each in (ways, own_ways, forward)
+        forward, known = known_direction(root_velocities)
+        root_velocity, own_root_velocity, forward = (
+            (torch.from_numpy(each.astype(np.float32)) - mean) / deviation
+            for each in (root_velocities, own_root_velocities, forward)
         )
         styled = key_poses(
-            told, way, style[KEY_POSES], own[KEY_POSES], own_way, forward, torch.from_numpy(known_by_part(known))
+            attention,
+            root_velocity,
+            style[KEY_POSES],
+            own[KEY_POSES],
+            own_root_velocity,
+            forward,
+            torch.from_numpy(known_by_part(known)),
         )
-        return self._features(styled), self._features(key_poses(told, own_way, own[KEY_POSES], own[KEY_POSES]))
+        return self._features(styled), self._features(
+            key_poses(attention, own_root_velocity, own[KEY_POSES], own[KEY_POSES])
+        )
 
     def _features(self, motion: torch.Tensor) -> np.ndarray:
         """Of normalized motion (21, batch, 1, 15): features (batch, 21, 15)."""
@@ -93,9 +109,9 @@ class FastInference:
         self.last = _LastConv(decoder.blocks["1"].conv)
         # last samples of level 2 that the last of level 1 can see
         self.needed = (1 + decoder.blocks["1"].reach + 1) // 2
-        self.way = _Way(model) if model.way else None
-        self.moments = _KeyPoses(model.key_poses) if model.key_poses else None
-        self._views: dict[int, tuple[Style, dict[int, PartStyle]]] = {}
+        self.root_condition = _RootCondition(model) if model.root_condition else None
+        self.prototypes = _KeyPoses(model.key_poses) if model.key_poses else None
+        self._views: dict[int, tuple[StyleFeatures, dict[int, BlockFeatures]]] = {}
 
     @staticmethod
     def fits(config: Config) -> bool:
@@ -104,45 +120,54 @@ class FastInference:
             and config.style_levels == (3, 2)
             and config.by_part
             and config.attention
-            and config.relative
+            and config.residual_output
             and config.decodes
         )
 
-    def decoded(self, windows: np.ndarray, style: Style, own: Style) -> np.ndarray:
+    def decoded(self, windows: np.ndarray, style: StyleFeatures, own: StyleFeatures) -> np.ndarray:
         """As TorchInference.decoded."""
         motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
-        looks = [self._seen(style), self._seen(own)]
-        said = self.way(motion) if self.way else {3: (0.0, 0.0), 2: (0.0, 0.0)}
-        x = self._encoded(motion)[None].repeat(len(looks), axis=0)
+        styles = [self._seen(style), self._seen(own)]
+        conditions = self.root_condition(motion) if self.root_condition else {3: (0.0, 0.0), 2: (0.0, 0.0)}
+        x = self._encoded(motion)[None].repeat(len(styles), axis=0)
         for level, net, source in zip((3, 2), self.nets, self.sources):
-            x = net(x, [look[level] for look in looks], said[level], self.needed if level == 2 else None)
-            x = x[:, source].repeat(2, axis=2).reshape(len(looks), len(windows), len(source), -1, x.shape[-1])
+            x = net(x, [style[level] for style in styles], conditions[level], self.needed if level == 2 else None)
+            x = x[:, source].repeat(2, axis=2).reshape(len(styles), len(windows), len(source), -1, x.shape[-1])
         x = self.head(_leaky(self.last(_leaky(x.reshape(-1, *x.shape[2:])))[:, :, None]))
-        styled, rebuilt = x.reshape(len(looks), len(windows), *self.mean.shape)
+        styled, rebuilt = x.reshape(len(styles), len(windows), *self.mean.shape)
         return ((styled - rebuilt) * self.deviation).astype(float)
 
     def key_poses(
-        self, poses: np.ndarray, ways: np.ndarray, own_ways: np.ndarray, style: Style, own: Style
+        self,
+        poses: np.ndarray,
+        root_velocities: np.ndarray,
+        own_root_velocities: np.ndarray,
+        style: StyleFeatures,
+        own: StyleFeatures,
     ) -> tuple[np.ndarray, np.ndarray]:
         """As TorchInference.key_poses."""
-        if not self.moments:
+        if not self.prototypes:
             return poses, poses
         normalized = ((poses - self.mean) / self.deviation).astype(np.float32)
-        forward, known = known_way(ways)
-        ways = ((np.array([ways, own_ways, forward]) - self.mean[0, ROOT]) / self.deviation[0, ROOT]).astype(np.float32)
+        forward, known = known_direction(root_velocities)
+        root_velocities = (
+            (np.array([root_velocities, own_root_velocities, forward]) - self.mean[0, ROOT]) / self.deviation[0, ROOT]
+        ).astype(np.float32)
         known = known_by_part(known).swapaxes(0, 1)
-        held = np.zeros((2, *poses.shape))
-        held[..., BODY] = self.moments(normalized, ways, known, *(self._seen(look)[KEY_POSES] for look in (style, own)))
-        styled, rebuilt = held * self.deviation + self.mean
+        pose_statistics = np.zeros((2, *poses.shape))
+        pose_statistics[..., BODY] = self.prototypes(
+            normalized, root_velocities, known, *(self._seen(each)[KEY_POSES] for each in (style, own))
+        )
+        styled, rebuilt = pose_statistics * self.deviation + self.mean
         return styled, rebuilt
 
-    def _seen(self, style: Style) -> dict[int, PartStyle]:
+    def _seen(self, style: StyleFeatures) -> dict[int, BlockFeatures]:
         """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
         known = self._views.get(id(style))
         if known is None or known[0] is not style:
             known = (
                 style,
-                {level: PartStyle(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
+                {level: BlockFeatures(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
             )
             self._views = dict([*self._views.items()][-KEPT:]) | {id(style): known}
         return known[1]
@@ -185,37 +210,44 @@ class _KeyPoses:
     """stylizer.systems.motion_puzzle.key_poses.KeyPoses and its Translation."""
 
     def __init__(self, poses: KeyPoses) -> None:
-        self.hidden, self.code, self.going = map(_Linear, (poses.hidden, poses.code, poses.translation.going))
-        self.sides = poses.translation.weight.detach().numpy()  # (5, HIDDEN, 2 n 12)
-        self.wary = poses.wariness().detach().numpy()[..., 0]  # (5, 3)
+        self.hidden, self.code, self.going = map(_Linear, (poses.hidden, poses.code, poses.direction_transfer.going))
+        self.sides = poses.direction_transfer.weight.detach().numpy()  # (5, HIDDEN, 2 n 12)
+        self.inverse_scale = poses.inverse_scale().detach().numpy()[..., 0]  # (5, 3)
         self.fields, self.joints = poses.fields, poses.parts.back.numpy()
         # (5, 1, 1)
-        moments, sharpness = poses.moments.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]
+        moments, sharpness = poses.prototypes.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]
         self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, moments)
         self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, moments)
 
     def __call__(
-        self, poses: np.ndarray, ways: np.ndarray, known: np.ndarray, look: PartStyle, own: PartStyle
+        self,
+        poses: np.ndarray,
+        root_velocities: np.ndarray,
+        known: np.ndarray,
+        style: BlockFeatures,
+        own: BlockFeatures,
     ) -> np.ndarray:
-        """The moment that normalized poses (batch, 21, 15) are in, with a look and with their own: (2, batch, 21, 12).
+        """The moment that normalized poses (batch, 21, 15) are in, with a style and with their own: (2, batch, 21, 12).
         ways: (3, batch, 3) of the body, of the poses' own motion, and what of the first translation knows, each part as
         far as known (batch, 5, 1)."""
-        told, scale = self._told(poses, own)[:, :, None], np.array([look.scale, own.scale])
-        mean, _, here, way, code = (scale[..., field] for field in self.fields)
-        ways = ways[:, :, None].repeat(len(PARTS), axis=2)
-        going = _leaky(self.going(np.concatenate([code, ways[[2, 1]]], axis=-1)))[..., None, :] @ self.sides
-        going = going[..., 0, :] - here
+        attention, scale = self._attend(poses, own)[:, :, None], np.array([style.scale, own.scale])
+        mean, _, source_prediction, root_velocity, code = (scale[..., field] for field in self.fields)
+        root_velocities = root_velocities[:, :, None].repeat(len(PARTS), axis=2)
+        going = _leaky(self.going(np.concatenate([code, root_velocities[[2, 1]]], axis=-1)))[..., None, :] @ self.sides
+        going = going[..., 0, :] - source_prediction
         going[0] *= known
         shift, gain = np.split(going, 2, axis=-1)
-        moves = np.array([told @ clip.bias.reshape(*clip.bias.shape[:2], told.shape[-1], -1) for clip in (look, own)])[
-            ..., 0, :
-        ]
+        moves = np.array(
+            [attention @ clip.bias.reshape(*clip.bias.shape[:2], attention.shape[-1], -1) for clip in (style, own)]
+        )[..., 0, :]
         moves *= np.exp(np.minimum(np.maximum(gain, -MOST), MOST))
-        trust = np.exp(-(np.square(way[0] - ways[0]) * self.wary).sum(axis=-1, keepdims=True))
-        moves[0] = moves[1] + trust * (moves[0] - moves[1])
+        kernel = np.exp(
+            -(np.square(root_velocity[0] - root_velocities[0]) * self.inverse_scale).sum(axis=-1, keepdims=True)
+        )
+        moves[0] = moves[1] + kernel * (moves[0] - moves[1])
         return (mean + shift + moves).reshape(2, len(poses), -1, BODY.stop)[:, :, self.joints]
 
-    def _told(self, pose: np.ndarray, own: PartStyle) -> np.ndarray:
+    def _attend(self, pose: np.ndarray, own: BlockFeatures) -> np.ndarray:
         """(batch, 5, moments)"""
         mean, deviation = (
             own.scale[..., field].reshape(len(own.scale), -1, BODY.stop)[:, self.joints] for field in self.fields[:2]
@@ -281,21 +313,22 @@ class _LastConv(_Conv):
 
 
 class _StyleNet:
-    """stylizer.systems.motion_puzzle.model.BPStyleNet, of several looks (looks, batch, V, T, C) at once."""
+    """stylizer.systems.motion_puzzle.model.BPStyleNet, of several styles (styles, batch, V, T, C) at once."""
 
     def __init__(self, net: BPStyleNet) -> None:
         self.conv1, self.conv2, self.query = _Conv(net.conv1), _Conv(net.conv2), _Linear(net.attention.query)
         self.reach = net.reach
 
     def __call__(
-        self, x: np.ndarray, looks: list[PartStyle], said: tuple[np.ndarray, np.ndarray], last: int | None
+        self, x: np.ndarray, styles: list[BlockFeatures], conditions: tuple[np.ndarray, np.ndarray], last: int | None
     ) -> np.ndarray:
-        """said: what the way over the floor adds to scale and bias. -> (looks batch, V, T, C), the `last` samples alone
-        where they are given."""
+        """conditions: what the root velocity adds to scale and bias. -> (styles batch, V, T, C), the `last` samples
+        alone where they are given."""
         shape = x.shape
         by_part = (*shape[:2], len(PARTS), -1, shape[-1])
         scale, bias = (
-            np.array([getattr(look, key) for look in looks]) + more for key, more in zip(("scale", "bias"), said)
+            np.array([getattr(style, key) for style in styles]) + more
+            for key, more in zip(("scale", "bias"), conditions)
         )
         centred, deviation = _centred(x.reshape(by_part))
         x = _leaky(centred * (scale[..., None, :] / deviation) + bias[..., None, :])
@@ -305,20 +338,20 @@ class _StyleNet:
         x, asking = (
             a.reshape(shape)[..., -seen:, :].reshape(*by_part[:3], -1, shape[-1]) for a in (x, centred / deviation)
         )
-        for tokens, query, look in zip(x, self.query(asking), looks):
-            score = query @ look.keys.swapaxes(-1, -2)
+        for tokens, query, style in zip(x, self.query(asking), styles):
+            score = query @ style.keys.swapaxes(-1, -2)
             weight = np.exp(score - score.max(axis=-1, keepdims=True))
-            tokens += weight @ look.values / weight.sum(axis=-1, keepdims=True)
+            tokens += weight @ style.values / weight.sum(axis=-1, keepdims=True)
         x = self.conv2(x.reshape(-1, shape[2], seen, shape[-1]))
         return x if last is None else x[:, :, -last:]
 
 
-class _Way:
-    """stylizer.systems.motion_puzzle.model.Way."""
+class _RootCondition:
+    """stylizer.systems.motion_puzzle.model.RootCondition."""
 
     def __init__(self, model: MotionPuzzle) -> None:
-        self.hidden = _Linear(model.way.hidden)
-        self.sides = {int(number): _Linear(side) for number, side in model.way.sides.items()}
+        self.hidden = _Linear(model.root_condition.hidden)
+        self.sides = {int(number): _Linear(side) for number, side in model.root_condition.sides.items()}
 
     def __call__(self, motion: np.ndarray) -> dict[int, tuple[np.ndarray, np.ndarray]]:
         """Normalized motion (batch, 21, T, 15) -> by level what is added to scale and bias (batch, 5, C)."""

@@ -16,7 +16,7 @@ from torch import Tensor, nn
 
 from sim.body.skeleton import JOINT_COUNT, PARTS
 from stylizer.networks.graph import LEVELS
-from stylizer.networks.layers import Parts, PartStyle, leaky
+from stylizer.networks.layers import BlockFeatures, Parts, leaky
 from stylizer.systems.motion_puzzle.direction_transfer import CODE as STYLE_CODE
 from stylizer.systems.motion_puzzle.direction_transfer import LEAST, ROOT, ROOT_SIZE, DirectionTransfer
 
@@ -25,7 +25,7 @@ HIDDEN, CODE = 96, 16  # units of the network that tells moments, and of the cod
 QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves tells little
 # Sideways, forward, turning: how little another way may be trusted at most. A slow walk does say how legs move in a
 # quick one; learning alone, whose loss is fond of medians, makes legs hardly ever listen to it.
-MOST_WARY = torch.tensor([math.inf, 0.15, math.inf])[:, None]
+MAX_INVERSE_SCALE = torch.tensor([math.inf, 0.15, math.inf])[:, None]
 SHARPNESS = 3.0  # how surely moments are told at first: minus the score at the mean distance of two poses' codes
 RIDGE = 0.03  # how much dearer it is to change a moment that is never told than to miss the clip's poses
 
@@ -36,17 +36,17 @@ class Fields(NamedTuple):
 
     mean: slice
     deviation: slice
-    here: slice
-    way: slice
+    source_prediction: slice
+    root_velocity: slice
     code: slice
 
 
 class KeyPoses(nn.Module):
     """The moments of five body parts, and what tells them from a whole body without its style.
 
-    A pose loses its style by its clip's own statistics: mean and deviation of every joint. As a `PartStyle` a clip's
-    key poses are: bias, the flattened table (5, B, moments n 12) of n joints a part, as they differ from the mean;
-    scale, the `fields` of (5, B, 4 n 12 + 3 + 16), see `Fields`; no tokens."""
+    A pose loses its style by its clip's own statistics: mean and deviation of every joint. As a `BlockFeatures` a
+    clip's key poses are: bias, the flattened table (5, B, moments n 12) of n joints a part, as they differ from the
+    mean; scale, the `fields` of (5, B, 4 n 12 + 3 + 16), see `Fields`; no tokens."""
 
     def __init__(self, moments: int) -> None:
         super().__init__()
@@ -57,20 +57,20 @@ class KeyPoses(nn.Module):
         )
         inputs = JOINT_COUNT * BODY.stop + ROOT_SIZE
         self.hidden, self.code = nn.Linear(inputs, HIDDEN), nn.Linear(HIDDEN, len(PARTS) * CODE)
-        self.translation = DirectionTransfer(JOINT_COUNT * BODY.stop, size)
-        self.moments = nn.Parameter(torch.randn(len(PARTS), moments, CODE))
+        self.direction_transfer = DirectionTransfer(JOINT_COUNT * BODY.stop, size)
+        self.prototypes = nn.Parameter(torch.randn(len(PARTS), moments, CODE))
         # logarithms: of a style's poses, of the content's
         self.sharpness = nn.Parameter(torch.zeros(2, len(PARTS), 1, 1, 1))
         # logarithms: how little another way is trusted
-        self.wary = nn.Parameter(torch.full((len(PARTS), ROOT_SIZE, 1), -1.5))
+        self.log_inverse_scale = nn.Parameter(torch.full((len(PARTS), ROOT_SIZE, 1), -1.5))
 
     @torch.no_grad()
     def begin(self, clips: Tensor) -> None:
         """Takes as moments poses of normalized clips (21, B, T, 15) drawn at random, which beats random moments by
         far."""
         codes = self.codes(clips, self.statistics(clips)).flatten(1, 2)
-        chosen = torch.randperm(codes.shape[1])[: self.moments.shape[1]]
-        self.moments.copy_(codes[:, chosen])
+        chosen = torch.randperm(codes.shape[1])[: self.prototypes.shape[1]]
+        self.prototypes.copy_(codes[:, chosen])
         apart = (codes[:, torch.randperm(codes.shape[1])] - codes).square().sum(-1).mean(1)
         self.sharpness.copy_((SHARPNESS / apart).log().view(-1, 1, 1, 1))
 
@@ -90,7 +90,7 @@ class KeyPoses(nn.Module):
 
     def scores(self, codes: Tensor, side: int) -> Tensor:
         """(5, B, T, CODE) -> (5, B, T, moments), larger the nearer."""
-        moments = self.moments[:, None]
+        moments = self.prototypes[:, None]
         near = (
             2 * codes @ moments.transpose(2, 3)
             - codes.square().sum(-1, keepdim=True)
@@ -98,39 +98,42 @@ class KeyPoses(nn.Module):
         )
         return near * self.sharpness[side].exp()
 
-    def style_side(self, clip: Tensor) -> PartStyle:
+    def style_side(self, clip: Tensor) -> BlockFeatures:
         """The key poses of a style clip (21, B, T, 15) of any length."""
         statistics = self.statistics(clip)
         codes = self.codes(clip, statistics)
         mean, deviation = (self._by_part(values)[:, :, 0] for values in statistics)
         poses = self._by_part(clip[..., BODY]) - mean[:, :, None]
         first = self.scores(codes, 0).softmax(dim=2).transpose(2, 3) @ poses
-        table = _fitted(first, self.scores(codes, 1).softmax(dim=3), poses)
-        way = clip[0, ..., ROOT].mean(1)
-        code, here = self.translation.style_side(
-            *(values[:, :, 0].transpose(0, 1).flatten(1) for values in statistics), way
+        table = _ridge_refine(first, self.scores(codes, 1).softmax(dim=3), poses)
+        root_velocity = clip[0, ..., ROOT].mean(1)
+        code, source_prediction = self.direction_transfer.style_side(
+            *(values[:, :, 0].transpose(0, 1).flatten(1) for values in statistics), root_velocity
         )
-        scale = torch.cat([mean, deviation, here, *(each.expand(len(PARTS), -1, -1) for each in (way, code))], dim=2)
-        none = way.new_zeros(len(PARTS), len(way), 0, ROOT_SIZE)
-        return PartStyle(scale, table.flatten(2), none, none)
+        scale = torch.cat(
+            [mean, deviation, source_prediction, *(each.expand(len(PARTS), -1, -1) for each in (root_velocity, code))],
+            dim=2,
+        )
+        none = root_velocity.new_zeros(len(PARTS), len(root_velocity), 0, ROOT_SIZE)
+        return BlockFeatures(scale, table.flatten(2), none, none)
 
-    def refit(self, style: PartStyle, told: Tensor, poses: Tensor) -> PartStyle:
+    def refit(self, style: BlockFeatures, attention: Tensor, poses: Tensor) -> BlockFeatures:
         """The key poses changed so that moments told (5, 1, T, moments) show normalized poses (21, 1, T, 12)."""
         mean = style.scale[..., self.fields.mean][:, :, None]
-        table = style.bias.unflatten(2, (told.shape[3], -1))
-        return style._replace(bias=_fitted(table, told, self._by_part(poses) - mean).flatten(2))
+        table = style.bias.unflatten(2, (attention.shape[3], -1))
+        return style._replace(bias=_ridge_refine(table, attention, self._by_part(poses) - mean).flatten(2))
 
-    def take_joints(self, style: PartStyle, to: int, source: int, joints: Tensor) -> PartStyle:
+    def take_joints(self, style: BlockFeatures, to: int, source: int, joints: Tensor) -> BlockFeatures:
         """The key poses of n clips, with those of some joints (21,) bool in clip `to` replaced by those in clip
         `source`."""
         # (5, n 12)
         taken = self._by_part(joints[:, None, None, None].expand(-1, 1, 1, BODY.stop).float())[:, 0, 0] > 0.5
-        scale, table = style.scale.clone(), style.bias.unflatten(2, (self.moments.shape[1], -1)).clone()
+        scale, table = style.scale.clone(), style.bias.unflatten(2, (self.prototypes.shape[1], -1)).clone()
         table[:, to] = torch.where(taken[:, None], table[:, source], table[:, to])
         for field, mask in (
             (self.fields.mean, taken),
             (self.fields.deviation, taken),
-            (self.fields.here, taken.repeat(1, 2)),
+            (self.fields.source_prediction, taken.repeat(1, 2)),
         ):
             scale[:, to, field] = torch.where(mask, scale[:, source, field], scale[:, to, field])
         return style._replace(scale=scale, bias=table.flatten(2))
@@ -139,12 +142,12 @@ class KeyPoses(nn.Module):
         """(21, B, T, 12) -> (5, B, T, n 12)"""
         return self.parts.split(values).permute(0, 2, 3, 1, 4).flatten(3)
 
-    def wariness(self) -> Tensor:
+    def inverse_scale(self) -> Tensor:
         """(5, 3, 1) how quickly trust falls with the square of what lies between two ways: sideways, forward,
         turning."""
-        return self.wary.exp().minimum(MOST_WARY.to(self.wary))
+        return self.log_inverse_scale.exp().minimum(MAX_INVERSE_SCALE.to(self.log_inverse_scale))
 
-    def told(self, motion: Tensor, own: PartStyle) -> Tensor:
+    def attend(self, motion: Tensor, own: BlockFeatures) -> Tensor:
         """Which moments normalized motion (21, B, T, 15) in its own style passes through: (5, B, T, moments), sums of
         one."""
         mean, deviation = (
@@ -153,21 +156,23 @@ class KeyPoses(nn.Module):
         )
         return self.scores(self.codes(motion, (mean, deviation)), 1).softmax(dim=3)
 
-    def held(self, style: PartStyle, way: Tensor, known: Tensor | float = 1.0) -> tuple[Tensor, Tensor]:
+    def pose_statistics(
+        self, style: BlockFeatures, root_velocity: Tensor, known: Tensor | float = 1.0
+    ) -> tuple[Tensor, Tensor]:
         """Of a style that goes another way (B, 3): the mean, and the logarithm of what its movement is multiplied by,
         two of (5, B, n 12). known: (5, B, 1) how far translation knows that way."""
-        mean, _, here, _, code = (style.scale[..., field] for field in self.fields)
-        shift, gain = self.translation(code, here, way)
+        mean, _, source_prediction, _, code = (style.scale[..., field] for field in self.fields)
+        shift, gain = self.direction_transfer(code, source_prediction, root_velocity)
         return mean + known * shift, known * gain
 
     def forward(
         self,
-        told: Tensor,
-        way: Tensor,
-        style: PartStyle,
-        own: PartStyle,
-        own_way: Tensor | None = None,
-        known_way: Tensor | None = None,
+        attention: Tensor,
+        root_velocity: Tensor,
+        style: BlockFeatures,
+        own: BlockFeatures,
+        own_root_velocity: Tensor | None = None,
+        known_direction: Tensor | None = None,
         known: Tensor | float = 1.0,
     ) -> Tensor:
         """What is put on motion in its own style, going a way (B, 3), so that it wears another: told (5, B, T, moments)
@@ -177,33 +182,44 @@ class KeyPoses(nn.Module):
         same way over the floor: a walk says little about the moments of a step back. own_way: (B, 3) of the motion
         itself, where styled legs carry the body another way than it goes; known_way: (B, 3) what of the way translation
         knows, known: (5, B, 1) how far the way is of that kind."""
-        trust = torch.exp(-((style.scale[..., self.fields.way] - way)[:, :, None].square() @ self.wariness()[:, None]))
-        theirs, their_moves = self._worn(told, way if known_way is None else known_way, style, known)
-        ours, our_moves = self._worn(told, way if own_way is None else own_way, own)
-        poses = ours + our_moves + (theirs - ours) + trust * (their_moves - our_moves)
+        kernel = torch.exp(
+            -(
+                (style.scale[..., self.fields.root_velocity] - root_velocity)[:, :, None].square()
+                @ self.inverse_scale()[:, None]
+            )
+        )
+        theirs, their_moves = self._styled_statistics(
+            attention, root_velocity if known_direction is None else known_direction, style, known
+        )
+        ours, our_moves = self._styled_statistics(
+            attention, root_velocity if own_root_velocity is None else own_root_velocity, own
+        )
+        poses = ours + our_moves + (theirs - ours) + kernel * (their_moves - our_moves)
         poses = self.parts.join(poses.unflatten(3, (-1, BODY.stop)).permute(0, 3, 1, 2, 4))
         return torch.cat([poses, torch.zeros_like(poses[..., :ROOT_SIZE])], dim=-1)
 
-    def _worn(self, told: Tensor, way: Tensor, clip: PartStyle, known: Tensor | float = 1.0) -> tuple[Tensor, Tensor]:
+    def _styled_statistics(
+        self, attention: Tensor, root_velocity: Tensor, clip: BlockFeatures, known: Tensor | float = 1.0
+    ) -> tuple[Tensor, Tensor]:
         """How a clip's parts are held going this way, (5, B, 1, n 12), and how they move, (5, B, T, n 12)."""
-        mean, gain = (values[:, :, None] for values in self.held(clip, way, known))
-        return mean, told @ clip.bias.unflatten(2, (told.shape[3], -1)) * gain.exp()
+        mean, gain = (values[:, :, None] for values in self.pose_statistics(clip, root_velocity, known))
+        return mean, attention @ clip.bias.unflatten(2, (attention.shape[3], -1)) * gain.exp()
 
-    def mistranslated(self, style: PartStyle, clip: Tensor) -> Tensor:
+    def direction_transfer_loss(self, style: BlockFeatures, clip: Tensor) -> Tensor:
         """By how much the style, going the way of a normalized clip (21, B, T, 15) in the same style, misses how that
         is held and how lively it is: the mean over both."""
-        way = clip[0, ..., ROOT].mean(1)
-        mean, gain = self.held(style, way)
+        root_velocity = clip[0, ..., ROOT].mean(1)
+        mean, gain = self.pose_statistics(style, root_velocity)
         wanted, lively = (self._by_part(values)[:, :, 0] for values in self.statistics(clip))
         ratio = (lively + LEAST).log() - (style.scale[..., self.fields.deviation] + LEAST).log()
         return ((mean - wanted).abs() + (gain - ratio).abs()).mean()
 
 
-def _fitted(table: Tensor, told: Tensor, poses: Tensor) -> Tensor:
+def _ridge_refine(table: Tensor, attention: Tensor, poses: Tensor) -> Tensor:
     """A table of key poses (5, B, moments, n 12) changed so that its clip, poses (5, B, T, n 12) told (5, B, T,
     moments) as content is, comes back as it is: means of poses move less than the poses do. Ridge regression, from the
     table given."""
-    missed = told.transpose(2, 3) @ (poses - told @ table) / told.shape[2]
-    together = told.transpose(2, 3) @ told / told.shape[2]
-    dear = RIDGE / told.shape[3] * torch.eye(told.shape[3], device=told.device)
-    return table + torch.linalg.solve(together + dear, missed)
+    missed = attention.transpose(2, 3) @ (poses - attention @ table) / attention.shape[2]
+    together = attention.transpose(2, 3) @ attention / attention.shape[2]
+    penalty = RIDGE / attention.shape[3] * torch.eye(attention.shape[3], device=attention.device)
+    return table + torch.linalg.solve(together + penalty, missed)

@@ -10,12 +10,12 @@ from torch import Tensor, nn
 from sim.body.skeleton import PARTS
 from sim.motion.features import FEATURES
 from stylizer.networks.graph import LEVELS
-from stylizer.networks.layers import BPATN, PartStyle, Pool, STConv, Unpool, leaky, normalized
+from stylizer.networks.layers import BPATN, BlockFeatures, Pool, STConv, Unpool, leaky, normalized
 from stylizer.networks.normalization import Scaled
 from stylizer.systems.motion_puzzle.config import KEY_POSES, RESIDUAL, Config
 from stylizer.systems.motion_puzzle.direction_transfer import ROOT, ROOT_SIZE
 from stylizer.systems.motion_puzzle.key_poses import KeyPoses
-from stylizer.systems.motion_puzzle.style_tensors import Style, cat_batch
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch
 
 
 class ResBlock(nn.Module):
@@ -79,13 +79,13 @@ class BPResBlock(nn.Module):
         self.adains = nn.ModuleList(config.adain(3) for _ in range(2))
         self.convs = nn.ModuleList(config.conv(3, width, width, config.residual_taps) for _ in range(2))
 
-    def style_side(self, style: Tensor) -> PartStyle:
+    def style_side(self, style: Tensor) -> BlockFeatures:
         """Both BP-AdaIN's scales and biases side by side; there are no tokens to attend to."""
         scales, biases = (torch.cat(both, dim=2) for both in zip(*(adain.style_side(style) for adain in self.adains)))
         none = style.new_zeros(*scales.shape[:2], 0, style.shape[-1])
-        return PartStyle(scales, biases, none, none)
+        return BlockFeatures(scales, biases, none, none)
 
-    def forward(self, x: Tensor, style: PartStyle) -> Tensor:
+    def forward(self, x: Tensor, style: BlockFeatures) -> Tensor:
         """(5, B, T, C) -> the same shape"""
         y = x
         for adain, conv, scale, bias in zip(self.adains, self.convs, style.scale.chunk(2, 2), style.bias.chunk(2, 2)):
@@ -105,13 +105,13 @@ class BPStyleNet(nn.Module):
         self.conv2 = config.conv(level, channels, config.width(level - 1))
         self.reach = config.taps[level - 1] // 2
 
-    def style_side(self, style: Tensor) -> PartStyle:
+    def style_side(self, style: Tensor) -> BlockFeatures:
         """All that depends on the style alone, from its feature (V, B, S, C)."""
         scale, bias = self.adain.style_side(style)
         none = style.new_zeros(*scale.shape[:2], 0, style.shape[-1])
-        return PartStyle(scale, bias, *(self.attention.style_side(style) if self.attention else (none, none)))
+        return BlockFeatures(scale, bias, *(self.attention.style_side(style) if self.attention else (none, none)))
 
-    def forward(self, x: Tensor, style: PartStyle, last: int | None = None) -> Tensor:
+    def forward(self, x: Tensor, style: BlockFeatures, last: int | None = None) -> Tensor:
         """(V, B, T, C) -> (V, B, T, C of the finer graph); only the `last` samples where a number is given."""
         x = self.conv1(leaky(self.adain(x, style.scale, style.bias)))
         if self.attention:
@@ -131,7 +131,7 @@ class PlainBlock(nn.Module):
         return _tail(self.conv, leaky(x), last, self.reach)
 
 
-class Way(nn.Module):
+class RootCondition(nn.Module):
     """What the content's way over the floor adds to BP-AdaIN's scales and biases.
 
     Instance normalization takes speed and direction out of the content, but a run is no quick walk, and the same style
@@ -139,18 +139,19 @@ class Way(nn.Module):
 
     def __init__(self, config: Config) -> None:
         super().__init__()
-        self.hidden = nn.Linear(2 * ROOT_SIZE, config.way)
+        self.hidden = nn.Linear(2 * ROOT_SIZE, config.root_units)
         self.sides = nn.ModuleDict(
             {
                 str(number): nn.Linear(
-                    config.way, len(PARTS) * 2 * config.width(min(number, 3)) * (2 if number == RESIDUAL else 1)
+                    config.root_units,
+                    len(PARTS) * 2 * config.width(min(number, 3)) * (2 if number == RESIDUAL else 1),
                 )
                 for number in config.styled
                 if number != KEY_POSES
             }
         )
 
-    def forward(self, motion: Tensor, style: Style) -> Style:
+    def forward(self, motion: Tensor, style: StyleFeatures) -> StyleFeatures:
         """The style (batch of B or 1) as it is worn on the way of normalized motion (21, B, T, 15)."""
         root = motion[0, ..., ROOT]
         hidden = leaky(self.hidden(torch.cat([root.mean(dim=1), root[:, -1]], dim=1)))
@@ -175,12 +176,12 @@ class Decoder(nn.Module):
         self.unpools = nn.ModuleDict({str(level): Unpool(LEVELS[level], LEVELS[level - 1]) for level in (3, 2)})
         self.head = config.end(config.stem, FEATURES)
 
-    def style_side(self, style: list[Tensor]) -> Style:
+    def style_side(self, style: list[Tensor]) -> StyleFeatures:
         """A style clip's features of G1, G2, G3 -> what the decoder needs of them, computed once a style."""
         sides = {level: self.blocks[str(level)].style_side(style[level - 1]) for level in self.config.style_levels}
         return sides | ({RESIDUAL: self.residual.style_side(style[-1])} if self.residual else {})
 
-    def forward(self, content: Tensor, style: Style, last: int | None = None) -> Tensor:
+    def forward(self, content: Tensor, style: StyleFeatures, last: int | None = None) -> Tensor:
         """(5, B, T / 4, C3) -> motion (21, B, T, 15), or its `last` samples alone, without computing the others."""
         x = self.residual(content, style[RESIDUAL]) if self.residual else content
         for level in reversed(LEVELS):
@@ -207,12 +208,12 @@ class MotionPuzzle(Scaled):
         self.style_encoder = StyleEncoder(config)
         self.content_encoder = ContentEncoder(config)
         self.decoder = Decoder(config)
-        self.way = Way(config) if config.way else None
+        self.root_condition = RootCondition(config) if config.root_units else None
         self.key_poses = KeyPoses(config.key_poses) if config.key_poses else None
         if self.key_poses:  # the network begins with nothing to add
             nn.init.zeros_(self.decoder.head.weight)
 
-    def encode_style(self, motion: Tensor, clip: Tensor | None = None) -> Style:
+    def encode_style(self, motion: Tensor, clip: Tensor | None = None) -> StyleFeatures:
         """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by number.
 
         clip: what key poses are read from, if not motion: more of the same, of any length."""
@@ -223,19 +224,19 @@ class MotionPuzzle(Scaled):
             return style | {KEY_POSES: self.key_poses.style_side(motion if clip is None else clip)}
 
     def forward(
-        self, motion: Tensor, style: Style, own: Style, last: int | None = None
+        self, motion: Tensor, style: StyleFeatures, own: StyleFeatures, last: int | None = None
     ) -> tuple[Tensor, Tensor | None]:
-        """Eq. 7: normalized motion (21, B, T, 15) in another style, and where the configuration says `relative` in its
-        own too; all samples or the `last` ones.
+        """Eq. 7: normalized motion (21, B, T, 15) in another style, and where the configuration says `residual_output`
+        in its own too; all samples or the `last` ones.
 
         The second shows what of the content's own movement the decoder loses: what is put on is how the two differ."""
         content = self.content_encoder(motion)
-        if not self.config.relative:
-            return *self.answers(motion, content, [style], own, last), None
-        return tuple(self.answers(motion, content, [style, own], own, last))
+        if not self.config.residual_output:
+            return *self.decode_styles(motion, content, [style], own, last), None
+        return tuple(self.decode_styles(motion, content, [style, own], own, last))
 
-    def answers(
-        self, motion: Tensor, content: Tensor, styles: list[Style], own: Style, last: int | None = None
+    def decode_styles(
+        self, motion: Tensor, content: Tensor, styles: list[StyleFeatures], own: StyleFeatures, last: int | None = None
     ) -> list[Tensor]:
         """Motion (21, B, T, 15), or its `last` samples, in each of some styles, from normalized motion, its content
         feature and the motion's own style (batches of B)."""
@@ -243,23 +244,25 @@ class MotionPuzzle(Scaled):
         if not self.key_poses:
             return results
         with torch.autocast(motion.device.type, enabled=False):
-            told = self.key_poses.told(motion[:, :, -(last or motion.shape[2]) :], own[KEY_POSES])
-            way = motion[0, ..., ROOT].mean(1)
+            attention = self.key_poses.attend(motion[:, :, -(last or motion.shape[2]) :], own[KEY_POSES])
+            root_velocity = motion[0, ..., ROOT].mean(1)
             return [
-                result + self.key_poses(told, way, style[KEY_POSES], own[KEY_POSES])
+                result + self.key_poses(attention, root_velocity, style[KEY_POSES], own[KEY_POSES])
                 for result, style in zip(results, styles)
             ]
 
-    def decoded(self, motion: Tensor, content: Tensor, styles: list[Style], last: int | None = None) -> list[Tensor]:
-        """The decoder's part of `answers`."""
+    def decoded(
+        self, motion: Tensor, content: Tensor, styles: list[StyleFeatures], last: int | None = None
+    ) -> list[Tensor]:
+        """The decoder's part of `decode_styles`."""
         if not self.config.decodes:
             return [torch.zeros_like(motion[:, :, -(last or motion.shape[2]) :])] * len(styles)
-        worn = cat_batch([self.on_way(motion, style) for style in styles])
-        return list(self.decoder(content.repeat(1, len(styles), 1, 1), worn, last).chunk(len(styles), dim=1))
+        styled = cat_batch([self.condition_on_root(motion, style) for style in styles])
+        return list(self.decoder(content.repeat(1, len(styles), 1, 1), styled, last).chunk(len(styles), dim=1))
 
-    def on_way(self, motion: Tensor, style: Style) -> Style:
+    def condition_on_root(self, motion: Tensor, style: StyleFeatures) -> StyleFeatures:
         """The style as the decoder wants it for this motion."""
-        return self.way(motion, style) if self.way else style
+        return self.root_condition(motion, style) if self.root_condition else style
 
 
 def _tail(conv: STConv, x: Tensor, last: int | None, reach: int) -> Tensor:

@@ -16,14 +16,14 @@ from sim.body.skeleton import (
     PART_NAMES,
     PART_OF_JOINT,
 )
-from sim.motion.features import HELD, LAYOUT, STRIDE, WINDOW
+from sim.motion.features import LAYOUT, POSE_CHANNELS, STRIDE, WINDOW
 from stylizer.data.dataset import LATER, STYLE_WINDOW
 from stylizer.networks.blocks import NEWEST, newest
 from stylizer.systems.motion_puzzle.config import KEY_POSES
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import Style, cat_batch, mix_parts, split_batch
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch, mix_parts, split_batch
 
-LIVELINESS = 2.0  # what a joint's deviation over time counts in `posture`, where its mean counts 1
+AMPLITUDE_WEIGHT = 2.0  # what a joint's deviation over time counts in `mean_pose_loss`, where its mean counts 1
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics
 STANDING, WALKING = 0.15, 0.45  # m/s, mean root speed of a clip under and over which it surely stands or walks
 FEET = np.isin(np.arange(JOINT_COUNT), CONTACT_JOINTS)
@@ -54,7 +54,7 @@ OURS = Recipe(
         "reconstruction": 1.0,
         "root": 0.5,
         "smoothness": 1.0,
-        "posture": 3.0,
+        "mean_pose": 3.0,
         "imitation": 0.7,
         "translation": 1.0,
         "stream": 0.4,
@@ -100,10 +100,10 @@ def paper_losses(model: MotionPuzzle, inputs: Inputs) -> dict[str, Tensor]:
     of_source, of_target = model.content_encoder(wanted).chunk(2, dim=1)
     mixed = mix_parts(own, other, inputs.use_target)
     both = cat_batch([own, other])
-    (rebuilt,) = model.answers(wanted, torch.cat([of_source, of_target], dim=1), [both], both)
-    restyled, restyled_whole = model.answers(source, of_source, [mixed, other], own)
+    (rebuilt,) = model.decode_styles(wanted, torch.cat([of_source, of_target], dim=1), [both], both)
+    restyled, restyled_whole = model.decode_styles(source, of_source, [mixed, other], own)
     again = model.encode_style(restyled_whole)
-    (cycled,) = model.answers(
+    (cycled,) = model.decode_styles(
         torch.cat([restyled, target], dim=1),
         torch.cat([model.content_encoder(restyled), of_target], dim=1),
         [cat_batch([own, again])],
@@ -121,9 +121,9 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     """Reconstruction, root and smoothness of the paper, without its cycles; and what presses on style and on the live
     stream:
 
-    posture, how restyled parts are held and how lively they are (see `posture`); imitation, the matched step of the
-    exemplar (see `imitated`); translation, what key poses say of another way (see `translation`); stream, the newest
-    samples must be what a later window tells of the same instants."""
+    posture, how restyled parts are held and how lively they are (see `mean_pose_loss`); imitation, the matched step of
+    the exemplar (see `imitated`); translation, what key poses say of another way (see `_transfer_loss`); stream, the
+    newest samples must be what a later window tells of the same instants."""
     use_target, now = inputs.use_target, inputs.source[:, :, -WINDOW:]
     later = [inputs.later] if "stream" in recipe.active(late) else []
     motion = torch.cat([now, *later], dim=1)
@@ -131,10 +131,10 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     clips = torch.cat([inputs.own, inputs.target], dim=1)
     own, other = split_batch(model.encode_style(clips[:, :, -STYLE_WINDOW:], clips))
     content = model.content_encoder(motion)
-    translated = translation(model, own, inputs.source) + translation(model, other, inputs.exemplar)
+    transfer_loss = _transfer_loss(model, own, inputs.source) + _transfer_loss(model, other, inputs.exemplar)
     own, mixed = (cat_batch([style] * times) for style in (own, mix_parts(own, other, use_target)))
-    rebuilt, restyled = model.answers(motion, content, [own, mixed], own)
-    if model.config.relative:
+    rebuilt, restyled = model.decode_styles(motion, content, [own, mixed], own)
+    if model.config.residual_output:
         restyled = motion + (restyled - rebuilt)
 
     matches = [inputs.match, inputs.match_later][:times]
@@ -158,24 +158,28 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
         "reconstruction": (miss.abs() * time).mean(),  # Eq. 15
         "root": ((restyled - motion)[..., LAYOUT["root"]].abs() * time).mean(),  # Eq. 17
         # Eq. 18, 19
-        "smoothness": miss[..., HELD].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),
-        "posture": posture(restyled[:, : now.shape[1]], now, inputs.source, inputs.exemplar, use_target, model),
+        "smoothness": miss[..., POSE_CHANNELS].diff(dim=2).abs().mean() + (turns.diff(dim=2).abs() * turn_worth).mean(),
+        "mean_pose": mean_pose_loss(
+            restyled[:, : now.shape[1]], now, inputs.source, inputs.exemplar, use_target, model
+        ),
         "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
-        "translation": translated,
+        "translation": transfer_loss,
     }
     if later:
         first, second = (restyled - motion).chunk(2, dim=1)  # later, the newest samples lie well inside the window
-        terms["stream"] = (first[:, :, NEWEST] - _seen_later(second).detach()[:, :, NEWEST])[..., HELD].abs().mean()
+        terms["stream"] = (
+            (first[:, :, NEWEST] - _seen_later(second).detach()[:, :, NEWEST])[..., POSE_CHANNELS].abs().mean()
+        )
     return {name: terms[name] for name in recipe.active(late)}
 
 
-def translation(model: MotionPuzzle, style: Style, clip: Tensor) -> Tensor:
+def _transfer_loss(model: MotionPuzzle, style: StyleFeatures, clip: Tensor) -> Tensor:
     """How badly key poses of other clips tell how a normalized clip (21, B, T, 15) in the same style is held on its
     way; none without them."""
     if not model.key_poses:
         return clip.new_zeros(())
     with torch.autocast(clip.device.type, enabled=False):
-        return model.key_poses.mistranslated(style[KEY_POSES], clip.float())
+        return model.key_poses.direction_transfer_loss(style[KEY_POSES], clip.float())
 
 
 def imitated(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Tensor) -> Tensor:
@@ -185,7 +189,7 @@ def imitated(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Te
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=content.device)][..., None, None]
     mixed = torch.where(chosen, match, content)
     mixed = torch.cat([mixed[..., : LAYOUT["root"].start], content[..., LAYOUT["root"]]], dim=-1)
-    return torch.cat([placed(model, mixed), mixed[..., HELD.start + 3 :]], dim=-1)
+    return torch.cat([placed(model, mixed), mixed[..., POSE_CHANNELS.start + 3 :]], dim=-1)
 
 
 def placed(model: MotionPuzzle, motion: Tensor) -> Tensor:
@@ -208,7 +212,7 @@ def forward_kinematics(axes: Tensor, hips: Tensor) -> Tensor:
     return torch.tensordot(ancestors, torch.cat([hips, bones]), dims=1)
 
 
-def posture(
+def mean_pose_loss(
     restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, use_target: Tensor, model: MotionPuzzle
 ) -> Tensor:
     """The restyled parts' mean and deviation over time, per joint, should differ as the target's and the source's do.
@@ -225,14 +229,14 @@ def posture(
     same_gait = 1 - (walking[0] - walking[1]).abs()[None, :, None]
     feet, legs = (torch.as_tensor(joints, device=source.device)[:, None, None] for joints in (FEET, LEGS))
 
-    mean_shift = target[..., HELD].mean(2) - source[..., HELD].mean(2)  # (21, B, 9)
+    mean_shift = target[..., POSE_CHANNELS].mean(2) - source[..., POSE_CHANNELS].mean(2)  # (21, B, 9)
     mean_shift = torch.where(feet, same_gait, 1.0) * mean_shift
     deviation_shift = torch.where(legs, same_gait, 1.0) * (_deviation(target) - _deviation(source))
-    mean_error = (restyled[..., HELD].mean(2) - content[..., HELD].mean(2) - mean_shift).abs()
+    mean_error = (restyled[..., POSE_CHANNELS].mean(2) - content[..., POSE_CHANNELS].mean(2) - mean_shift).abs()
     deviation_error = (_deviation(restyled) - (_deviation(content) + deviation_shift).clamp(min=0)).abs()
 
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=use_target.device)][..., None]  # (21, B, 1)
-    error = ((0.5 + 0.5 * alike) * mean_error + LIVELINESS * alike * deviation_error) * chosen
+    error = ((0.5 + 0.5 * alike) * mean_error + AMPLITUDE_WEIGHT * alike * deviation_error) * chosen
     return error.sum() / (chosen.sum() * error.shape[2]).clamp(min=1)
 
 
@@ -248,4 +252,4 @@ def _seen_later(later: Tensor) -> Tensor:
 
 def _deviation(motion: Tensor) -> Tensor:
     """(21, B, T, 15) -> (21, B, 9) deviation over time of position and rotation."""
-    return (motion[..., HELD].var(dim=2, correction=0) + 1e-6).sqrt()
+    return (motion[..., POSE_CHANNELS].var(dim=2, correction=0) + 1e-6).sqrt()

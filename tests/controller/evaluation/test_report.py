@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from controller.evaluation import metrics as measures
-from controller.evaluation import report as evaluation
+from controller.evaluation import report
 from controller.evaluation.figures import Figure, between_halves, endurance, feet, likeness, standing
 from controller.evaluation.plots import save_plots
 from controller.evaluation.reference_clips import RealClips
@@ -19,7 +19,7 @@ from controller.evaluation.suite import (
     RANDOM_SECONDS,
     WAIT,
     Motion,
-    Played,
+    Playback,
     Unstyled,
     follow,
     play,
@@ -47,19 +47,19 @@ def ramp(seconds: float, total: float = 3.0) -> np.ndarray:
     return np.clip(np.arange(round(total * FPS)) / (seconds * FPS), 0, 1)[:, None] * FORWARD
 
 
-def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Played:
+def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Playback:
     """A statue that is moved as asked, `late` frames late, `scale` times as fast and `turn` radians astray; flat on the
     floor, both feet in contact."""
-    asked = np.array([command.desired_velocity for command in commands])
-    velocity = np.concatenate([np.zeros((late, 2)), asked])[: len(asked)] * scale
+    desired = np.array([command.desired_velocity for command in commands])
+    velocity = np.concatenate([np.zeros((late, 2)), desired])[: len(desired)] * scale
     velocity = rot.rotate(rot.from_yaw(turn), np.insert(velocity, 1, 0.0, axis=1))
     root = np.cumsum(velocity, axis=0) / FPS
     facing = np.array([0.0 if command.face is None else rot.yaw_of(np.array(command.face)) for command in commands])
-    facing = np.concatenate([np.zeros(late), facing])[: len(asked)]
-    rotations = np.tile(rot.IDENTITY, (len(asked), JOINT_COUNT, 1))
+    facing = np.concatenate([np.zeros(late), facing])[: len(desired)]
+    rotations = np.tile(rot.IDENTITY, (len(desired), JOINT_COUNT, 1))
     positions = forward_kinematics(root + [0.0, REST_HIPS_HEIGHT, 0.0], rotations)
-    motion = Motion(positions, rotations, RootFrame(root, facing), np.ones((len(asked), 4)))
-    return Played(commands, motion, motion, root[:, [0, 2]])
+    motion = Motion(positions, rotations, RootFrame(root, facing), np.ones((len(desired), 4)))
+    return Playback(commands, motion, motion, root[:, [0, 2]])
 
 
 # ---- measures
@@ -104,7 +104,7 @@ def test_floor_drift_and_liveliness():
     assert measures.drift(np.array([[0.0, 0], [3, 4], [0, 1]])) == 5.0, "the way back does not undo it"
     sway = np.zeros((600, 2, 3))
     sway[:, 1, 0] = 0.02 * np.sin(np.arange(600) / 600 * 2 * np.pi * 5)
-    assert measures.liveliness(sway) == pytest.approx(0.02 / math.sqrt(2) / 2, rel=1e-3)
+    assert measures.motion_amplitude(sway) == pytest.approx(0.02 / math.sqrt(2) / 2, rel=1e-3)
 
 
 def test_joint_angles_and_their_range():
@@ -159,20 +159,20 @@ def test_following_asks_for_the_clips_own_way():
 
 
 @pytest.fixture(scope="module")
-def asked() -> dict:
+def desired() -> dict:
     return suite()
 
 
-def test_a_character_that_does_as_asked_reaches_every_steering_figure(asked):
-    figures = steering({name: glide(commands) for name, commands in asked.items()})
+def test_a_character_that_does_as_asked_reaches_every_steering_figure(desired):
+    figures = steering({name: glide(commands) for name, commands in desired.items()})
     never_asked = {name for name, figure in figures.items() if figure.ours is None}
     assert never_asked <= {"speed_held_run_3_5_m_s_share"}
     assert all(figure.reached for name, figure in figures.items() if name not in never_asked)
     assert figures["reversal_run_s"].ours == figures["stop_walk_s"].ours == 0.0
 
 
-def test_each_steering_figure_falls_short_where_it_should(asked):
-    late = steering({name: glide(commands, late=80) for name, commands in asked.items()})
+def test_each_steering_figure_falls_short_where_it_should(desired):
+    late = steering({name: glide(commands, late=80) for name, commands in desired.items()})
     for name in (
         "reversal_walk_s",
         "reversal_run_s",
@@ -183,20 +183,20 @@ def test_each_steering_figure_falls_short_where_it_should(asked):
         "turn_on_the_spot_s",
     ):
         assert late[name].ours == pytest.approx(80 / FPS) and late[name].reached is False
-    slow = steering({name: glide(commands, scale=0.85) for name, commands in asked.items()})
+    slow = steering({name: glide(commands, scale=0.85) for name, commands in desired.items()})
     held = [figure for name, figure in slow.items() if name.startswith("speed_held") and figure.ours]
     assert len(held) >= 7 and all(f.ours == pytest.approx(0.85) and f.reached is False for f in held)
-    astray = steering({name: glide(commands, turn=0.1) for name, commands in asked.items()})
+    astray = steering({name: glide(commands, turn=0.1) for name, commands in desired.items()})
     for kind in ("straight", "strafing", "backing"):
         figure = astray[f"direction_error_{kind}_deg"]
         assert figure.ours == pytest.approx(math.degrees(0.1)) and figure.reached is False
 
 
-def test_the_worst_take_counts(asked):
-    takes = {name: glide(commands) for name, commands in asked.items()}
-    takes["stop run 2"] = glide(asked["stop run 2"], late=50)
-    takes["back left"] = glide(asked["back left"], scale=1.3)
-    figures = steering(takes)
+def test_the_worst_take_counts(desired):
+    playbacks = {name: glide(commands) for name, commands in desired.items()}
+    playbacks["stop run 2"] = glide(desired["stop run 2"], late=50)
+    playbacks["back left"] = glide(desired["back left"], scale=1.3)
+    figures = steering(playbacks)
     assert figures["stop_run_s"].ours == pytest.approx(50 / FPS)
     assert figures["speed_held_backing_share"].ours == pytest.approx(1.3)
 
@@ -235,11 +235,13 @@ def test_a_statue_stands_still_but_is_not_alive():
 
 
 def test_a_stand_is_alive_from_half_of_what_the_real_ones_are():
-    def swaying(millimetres: float) -> Played:
-        take = glide(script((19, Command())))
-        time = np.arange(len(take.asked)) / FPS
-        take.locked.positions[120:, :, 0] += 1e-3 * millimetres * math.sqrt(2) * np.sin(2 * np.pi * time[120:, None])
-        return take
+    def swaying(millimetres: float) -> Playback:
+        playback = glide(script((19, Command())))
+        time = np.arange(len(playback.desired)) / FPS
+        playback.locked.positions[120:, :, 0] += (
+            1e-3 * millimetres * math.sqrt(2) * np.sin(2 * np.pi * time[120:, None])
+        )
+        return playback
 
     zero = np.zeros((JOINT_COUNT, 3))
     real = RealClips([], [swaying(4.0).locked], zero, zero)
@@ -286,7 +288,8 @@ def test_halves_are_cut_between_clips():
     near, far = random.normal(size=(2, 500, 3)), 10 + random.normal(size=(2, 500, 3))
     assert between_halves([*near]) < 0.1
     assert between_halves([near[0], far[0]]) == pytest.approx(300, rel=0.05)
-    assert between_halves([*near]) == between_halves([*near])
+    uneven = [*near, *far, far[0] + 7.0]
+    assert between_halves(uneven) == between_halves(uneven), "the same halves each time"
 
 
 def test_figures_know_whether_they_are_reached():
@@ -330,14 +333,14 @@ def test_a_folder_without_clips_is_refused(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def walked() -> Played:
+def walked() -> Playback:
     standing = PhaseFunctionedController.from_pretrained()
     play(script(), standing)  # leaves no trace in what is played next
     return play(script((4, Command((0.0, 1.0)))), standing)
 
 
 def test_the_product_itself_is_what_is_played(walked):
-    assert len(walked.neutral) == len(walked.locked) == len(walked.simulated) == len(walked.asked) == 300
+    assert len(walked.neutral) == len(walked.locked) == len(walked.simulated) == len(walked.desired) == 300
     first = Session(PhaseFunctionedController.from_pretrained(), Unstyled()).step(walked.script[0])
     np.testing.assert_array_equal(walked.locked.positions[0], first.styled.positions)
     assert walked.neutral.root.positions[-1, 2] == pytest.approx(5.0, abs=0.4)
@@ -356,8 +359,8 @@ def test_plots_are_drawn(walked, tmp_path):
 
 def test_the_command_prints_a_table_and_writes_what_it_says(folder, tmp_path, monkeypatch, capsys):
     """The whole evaluation, of a statue."""
-    monkeypatch.setattr(evaluation, "random_sticks", lambda: random_sticks(2))
-    monkeypatch.setattr(evaluation, "play", lambda commands, standing, tick: glide(commands))
+    monkeypatch.setattr(report, "random_sticks", lambda: random_sticks(2))
+    monkeypatch.setattr(report, "play", lambda commands, standing, tick: glide(commands))
     monkeypatch.setattr("controller.evaluation.plots.save_plots", lambda folder, played, data: [folder / "some.png"])
     assert (
         cli.main(
@@ -375,9 +378,9 @@ def test_the_command_prints_a_table_and_writes_what_it_says(folder, tmp_path, mo
         == 0
     )
     out, err = capsys.readouterr()
-    report = json.loads((tmp_path / "e.json").read_text())
-    assert set(report) == {"figures"} and "same_ways_frechet_distance_cm2" in report["figures"]
-    for name, figure in report["figures"].items():
+    written = json.loads((tmp_path / "e.json").read_text())
+    assert set(written) == {"figures"} and "same_ways_frechet_distance_cm2" in written["figures"]
+    for name, figure in written["figures"].items():
         assert set(figure) == {"ours", "real", "reach"} and name in out
     assert err == "" and out.count("wrote ") == 2
     assert {line.split()[-1] for line in out.splitlines()} >= {"ok", "short", "-"}
@@ -397,7 +400,7 @@ def test_a_mistake_is_one_line_and_status_2(line, tmp_path, monkeypatch, capsys)
     monkeypatch.chdir(tmp_path)
     Path("empty").mkdir()
     Path("a_file").touch()
-    monkeypatch.setattr(evaluation, "suite", lambda: pytest.fail("nothing is played before the arguments are right"))
+    monkeypatch.setattr(report, "suite", lambda: pytest.fail("nothing is played before the arguments are right"))
     assert cli.main(["evaluate", *line]) == 2
     out, err = capsys.readouterr()
     assert out == "" and err.count("\n") == 1 and MISTAKES[line] in err
@@ -406,9 +409,9 @@ def test_a_mistake_is_one_line_and_status_2(line, tmp_path, monkeypatch, capsys)
 def test_the_same_weights_give_the_same_figures(monkeypatch):
     """Twice through the real line, on a short suite."""
     short = {"stand": script((1, Command())), "walk": script((1, Command((0.0, 1.0))))}
-    monkeypatch.setattr(evaluation, "suite", lambda: short)
-    monkeypatch.setattr(evaluation, "random_sticks", lambda: random_sticks(1))
-    monkeypatch.setattr(evaluation, "steering", lambda played: {})
+    monkeypatch.setattr(report, "suite", lambda: short)
+    monkeypatch.setattr(report, "random_sticks", lambda: random_sticks(1))
+    monkeypatch.setattr(report, "steering", lambda played: {})
     first, second = evaluate(), evaluate()
     assert isinstance(first, Evaluation) and first.figures == second.figures
     assert first.figures["random_nan_count"].ours == 0 and first.figures["standing_jerk_m_s3"].ours > 0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controller.model.idle_layer import HARMONICS, SECONDS, SHAPE, Idle, fit
+from controller.model.idle_layer import SECONDS, SHAPE, Idle, fit
 from controller.training.dataset import frames_of
 from sim.body.skeleton import INDEX, JOINT_COUNT
 from sim.math import rotations as rot
@@ -42,7 +42,13 @@ def test_it_fades_when_the_character_moves_and_walking_teaches_nothing():
             rotations, shift = idle.step(standing, STANDING)
         assert (np.abs(shift).max() > 1e-3) == (standing == 1.0)
     np.testing.assert_array_equal(rotations, STANDING)
-    assert HARMONICS < SECONDS  # nothing quicker than 1 Hz
+
+
+def test_nothing_sways_quicker_than_once_a_second():
+    idle = Idle(np.ones(SHAPE))
+    shifts = np.array([idle.step(1.0, STANDING)[1] for _ in range(3 * SECONDS * FPS)])[-SECONDS * FPS :]
+    strength, hertz = np.abs(np.fft.rfft(shifts, axis=0)).max(axis=1), np.fft.rfftfreq(len(shifts), 1 / FPS)
+    assert strength[hertz > 1.0].max() < 1e-6 * strength.max() > 0
 
 
 def test_spine_and_arms_come_to_the_captured_bearing_and_the_legs_stand_as_they_stood():

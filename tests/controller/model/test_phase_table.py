@@ -6,7 +6,7 @@ import math
 import numpy as np
 import torch
 
-from controller.model import checkpoint as weights
+from controller.model import checkpoint
 from controller.model.io_layout import INPUT_SIZE, OUTPUT_SLICES
 from controller.model.network import PhaseFunctionedNetwork
 from controller.model.phase_table import PhaseTable
@@ -28,7 +28,7 @@ def both(
 
 def test_the_shipped_network_and_its_table_put_the_joints_in_the_same_place():
     """On what the controller really asks: half-precision weights move the joints as much."""
-    network, controller, asked = weights.load(), PhaseFunctionedController.from_pretrained(), []
+    network, controller, asked = checkpoint.load(), PhaseFunctionedController.from_pretrained(), []
     table = controller.network
     controller.network = lambda x, phase: (asked.append((x.copy(), phase)), table(x, phase))[1]
     for frame in range(240):

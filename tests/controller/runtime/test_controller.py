@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.runtime.controller import PhaseFunctionedController
-from controller.runtime.trajectory import LEASH, Trajectory
+from controller.runtime.trajectory import MAX_LEAD, Trajectory
 from sim.body.pose import Pose
 from sim.body.skeleton import BONE_OFFSETS, PARENTS
 from sim.command import Command, Commands
@@ -107,7 +107,7 @@ def test_the_simulated_body_stays_on_its_leash_and_gets_up_to_speed():
     for _ in range(30):
         samples = trajectory.samples(Command(FORWARD))
         trajectory.follow(np.zeros(3), np.zeros((5, 2)), np.tile([0.0, 1.0], (5, 1)))
-    assert np.linalg.norm(trajectory.simulated - trajectory.position) == pytest.approx(LEASH)
+    assert np.linalg.norm(trajectory.simulated - trajectory.position) == pytest.approx(MAX_LEAD)
     assert np.linalg.norm(trajectory.velocity) == pytest.approx(1.3, rel=0.15)
     assert samples["trajectory_positions"].shape == (12, 2) and samples["trajectory_gaits"][-1].argmax() == 1
 

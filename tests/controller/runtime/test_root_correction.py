@@ -9,9 +9,9 @@ from sim.body.skeleton import CONTACT_JOINTS, JOINT_COUNT
 
 def slid(contacts, frames: int = 40, speed: float = 0.01) -> np.ndarray:
     """The root's last step, where it goes forward by `speed` a frame and the feet stay behind it by nothing."""
-    footing, positions = RootCorrection(), np.zeros((JOINT_COUNT, 3))
+    root_correction, positions = RootCorrection(), np.zeros((JOINT_COUNT, 3))
     for _ in range(frames):
-        root = footing.step(np.array([0.0, speed, 0.0]), positions, np.asarray(contacts, float))
+        root = root_correction.step(np.array([0.0, speed, 0.0]), positions, np.asarray(contacts, float))
     return root
 
 
@@ -24,12 +24,12 @@ def test_feet_in_the_air_tell_nothing():
 
 
 def test_feet_that_stand_while_the_root_passes_over_them_change_nothing():
-    footing, positions = RootCorrection(), np.zeros((JOINT_COUNT, 3))
+    root_correction, positions = RootCorrection(), np.zeros((JOINT_COUNT, 3))
     turn, step = 0.02, np.array([0.003, 0.02, 0.02])
     place = np.array([0.1, 0.0, 0.4])
     for _ in range(30):
         positions[CONTACT_JOINTS] = place
-        root = footing.step(step, positions, np.ones(4))
+        root = root_correction.step(step, positions, np.ones(4))
         x, z = place[0] - step[0], place[2] - step[1]  # seen from the next root frame
         place = np.array([np.cos(turn) * x - np.sin(turn) * z, 0.0, np.sin(turn) * x + np.cos(turn) * z])
     np.testing.assert_allclose(root, step, atol=1e-9)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.runtime.wrist_limiter import FASTEST, HANDS, WristLimiter
-from sim.body.skeleton import JOINT_COUNT, PARENTS
+from sim.body.skeleton import INDEX, JOINT_COUNT
 from sim.math import rotations as rot
 from sim.motion.clip import FPS
 
@@ -41,4 +41,7 @@ def test_it_is_the_forearm_that_a_hand_turns_against():
     wrists.step(pose)
     whole = rot.multiply(rot.from_yaw(3.0), pose)  # the body spins, hands and all
     np.testing.assert_array_equal(wrists.step(whole), whole)
-    assert (PARENTS[HANDS] == HANDS - 1).all()
+    bent_elbows = whole.copy()
+    for name in ("LeftForeArm", "LeftHand", "RightForeArm", "RightHand"):
+        bent_elbows[INDEX[name]] = rot.multiply(rot.from_yaw(2.0), whole[INDEX[name]])
+    np.testing.assert_array_equal(wrists.step(bent_elbows), bent_elbows)

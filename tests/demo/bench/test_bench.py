@@ -5,8 +5,9 @@ import gc
 import numpy as np
 import torch
 
-from demo.bench.bench import FPS, MINUTE, Pauses, by_period, steady, timeline
+from demo.bench.bench import FPS, MINUTE, Pauses, by_period, rival, steady, timeline
 from demo.bench.machine import LARGE, Probe, products_of
+from stylizer.systems.motion_puzzle.config import CONFIGS
 
 
 def test_frames_share_what_their_decoder_cost():
@@ -49,6 +50,13 @@ def test_the_probe_times_the_dearest_shapes_and_the_typical_speed_lies_among_the
     speeds = [speed for shape, (speed,) in probe.speeds.items() if shape != LARGE]
     assert min(speeds) <= probe.typical_gflops() <= max(speeds)
     assert set(probe.report()["sgemm_gflops"]) == {"64x64x64", "1x2x3", "512x512x512"}
+
+
+def test_the_rivals_are_the_papers_networks():
+    full, slim = (
+        sum(int(np.prod(product)) for product in products_of(rival(CONFIGS[name]))) for name in ("full", "paper_slim")
+    )
+    assert full > 1.5 * slim > 1e8, "multiplications of numbers, for a window"
 
 
 def test_a_collection_within_the_block_is_heard():

@@ -1,6 +1,7 @@
 """The stream as a receiver finds it: python-osc reads the packets, forward kinematics rebuilds the joints from them."""
 
 import socket
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -161,7 +162,10 @@ def test_a_replay_streams_in_real_time(tmp_path, monkeypatch, receiver, fake_mod
     monkeypatch.chdir(tmp_path)
     (tmp_path / "walk.jsonl").write_text(RECORDING)
     port = str(receiver.getsockname()[1])
+    clock = Clock()
+    monkeypatch.setattr(vmc, "time", SimpleNamespace(perf_counter=clock, sleep=lambda s: s and clock.sleep(s)))
     assert cli.main(["replay", "walk.jsonl", "--headless", "--vmc", port]) == 0
+    assert clock.now == pytest.approx(100.0 + 11 / 60), "it waits for each frame's time"
     times = [received(receiver)["/VMC/Ext/T"][0] for _ in range(12)]
     np.testing.assert_allclose(times, np.arange(12) / 60, atol=1e-6)
 

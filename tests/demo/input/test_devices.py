@@ -14,12 +14,12 @@ from demo.state.bindings import DEFAULT
 from demo.state.style_choice import OWN, StyleChoice
 from sim.body.skeleton import GROUPS, PART_NAMES
 from sim.command import Command
-from sim.style_spec import MAX_STRENGTH
+from sim.style_spec import MAX_STRENGTH, PartSpec
 from tests.support.fakes import click, key, mouse, text
 from tests.support.virtual_pad import VirtualPad
 
 # The devices and the pointer act on these.
-HELD = {
+POSE_CHANNELS = {
     "forward",
     "left",
     "back",
@@ -97,7 +97,7 @@ def test_strength_stays_in_its_range_and_steps_by_tenths():
     choice.choose("old")
     for _ in range(20):
         choice.change_strength(1)
-    assert {strength for _, strength in choice.style.values()} == {MAX_STRENGTH}
+    assert {spec.strength for spec in choice.style.values()} == {MAX_STRENGTH}
     choice.change_strength(-2)
     assert choice.strength == 1.3
     for _ in range(20):
@@ -111,7 +111,7 @@ def test_a_command_keeps_the_style_it_was_given():
     choice.choose("old")
     worn = choice.style
     choice.change_strength(1)
-    assert before == {} and worn["spine"] == ("old", 1.0) and choice.style["spine"] == ("old", 1.1)
+    assert before == {} and worn["spine"] == PartSpec("old", 1.0) and choice.style["spine"] == PartSpec("old", 1.1)
 
 
 def test_mixed_groups_say_so_and_unknown_names_are_refused():
@@ -181,7 +181,7 @@ def test_every_action_of_the_table_does_something():
     picks = {action for action in every if action.startswith("pick_")}
     slots = {f"{what}_{slot}" for what in ("preset", "save") for slot in bindings.SLOTS}
     assert {action.removeprefix("pick_") for action in picks} == {*PART_NAMES, *GROUPS}
-    assert every - picks - slots - HELD <= set(actions.ACTIONS)
+    assert every - picks - slots - POSE_CHANNELS <= set(actions.ACTIONS)
 
 
 def test_every_control_is_explained_and_can_be_reached_with_a_gamepad_alone():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from demo import assemble
-from demo.live.debug_overlay import GHOSTS, Insight
+from demo.live.debug_overlay import GHOSTS, DebugOverlay
 from demo.state.style_choice import StyleChoice
 from sim.command import Command
 from sim.motion.feature_window import SPAN
@@ -20,15 +20,15 @@ COMMAND = Command((0.6, 0.8), style={"left_arm": ("old", 1.0), "spine": ("proud"
 def looked_at():
     """A session whose every frame was looked at, the insight, and the frames."""
     session = assemble.build_session()
-    insight, choice, frames = Insight(session), StyleChoice(session.stylizer.styles), []
+    debug_overlay, choice, frames = DebugOverlay(session), StyleChoice(session.stylizer.styles), []
     choice.pick("left_arm")
     for _ in range(FRAMES):
         frames.append(session.step(COMMAND))
-        insight.follow(frames[-1])
-        insight.paths()
-        insight.past()
-        insight.panels({"times", "phase", "attention"}, choice)
-    return session, insight, frames
+        debug_overlay.follow(frames[-1])
+        debug_overlay.paths()
+        debug_overlay.past()
+        debug_overlay.panels({"times", "phase", "attention"}, choice)
+    return session, debug_overlay, frames
 
 
 def test_nothing_in_the_session_knows_that_it_was_watched(looked_at):
@@ -39,17 +39,17 @@ def test_nothing_in_the_session_knows_that_it_was_watched(looked_at):
 
 
 def test_the_way_asked_and_the_way_predicted_lead_where_the_stick_points(looked_at):
-    _, insight, frames = looked_at
-    paths, here = insight.paths(), frames[-1].neutral.root_position[[0, 2]]
+    _, debug_overlay, frames = looked_at
+    paths, here = debug_overlay.paths(), frames[-1].neutral.root_position[[0, 2]]
     np.testing.assert_allclose(paths.past[-1], here, atol=1e-9)
-    for way in (paths.asked, paths.predicted):
+    for way in (paths.desired, paths.predicted):
         ahead = way[-1] - here
         assert ahead @ [0.6, 0.8] > 0.95 * np.linalg.norm(ahead) > 0.5
 
 
 def test_the_past_is_the_half_second_that_the_stylizer_is_given(looked_at):
-    _, insight, frames = looked_at
-    past = insight.past()
+    _, debug_overlay, frames = looked_at
+    past = debug_overlay.past()
     newest = [frame.neutral for frame in frames[-SPAN:]]
     assert len(past) == GHOSTS and all(any(pose is other for other in newest) for pose in past)
     assert past[0] is newest[0] and past[-1] is not newest[-1]
@@ -57,8 +57,8 @@ def test_the_past_is_the_half_second_that_the_stylizer_is_given(looked_at):
 
 def test_a_stand_in_without_these_is_not_an_error():
     session = fake_session()
-    insight = Insight(session)
-    insight.follow(session.step(Command()))
-    assert insight.paths() is None
-    (panel,) = insight.panels({"attention"}, StyleChoice(()))
+    debug_overlay = DebugOverlay(session)
+    debug_overlay.follow(session.step(Command()))
+    assert debug_overlay.paths() is None
+    (panel,) = debug_overlay.panels({"attention"}, StyleChoice(()))
     assert "no attention" in panel.widgets[1].text

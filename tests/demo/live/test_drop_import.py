@@ -2,27 +2,28 @@
 up."""
 
 import shutil
-import time
+from concurrent.futures import wait
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pygame
 import pytest
 
-from demo.live.drop_import import PATIENCE, Dropped, shown
+from demo.live.drop_import import PATIENCE, DropImport, shown
 from demo.live.live import Live
 from demo.render.inset import SECONDS, SIDES, Inset
 from sim.io import bvh
 from sim.session import Session
 from stylizer.runtime.live import LiveStylizer
-from stylizer.styles.bank import BUNDLED, Bank
+from stylizer.styles.bank import BUNDLED, StyleBank
 from tests.demo.live.test_live import Clock
 from tests.support.fakes import Walker, key
 from tests.support.walker import walking_clip
 
 FRAMES_PLAYED = round(60 * SECONDS)
-WITHIN = 2.0  # seconds from the drop to the style being worn
+TOO_LONG = 120  # seconds after which learning is given up; nothing is measured by it
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +37,7 @@ def bundled(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def live(screen, bundled, tmp_path) -> Live:
-    stylizer = LiveStylizer(Bank(bundled=bundled, user=tmp_path / "user"))
+    stylizer = LiveStylizer(StyleBank(bundled=bundled, user=tmp_path / "user"))
     return Live(Session(Walker(), stylizer), stylizer.styles, screen, clock=Clock())
 
 
@@ -47,16 +48,17 @@ def file(path: Path) -> pygame.event.Event:
     return pygame.event.Event(pygame.DROPFILE, file=str(path))
 
 
-def drop(live: Live, *paths: Path) -> float:
-    """Drops files together and runs until something came of them; the seconds that took."""
+def drop(live: Live, *paths: Path, frames: int = 2) -> None:
+    """Drops files together and runs for some frames."""
     for event in (BEGIN, *map(file, paths), COMPLETE):
         pygame.event.post(event)
-    start = time.perf_counter()
+    run(live, frames)
+
+
+def finish(live: Live) -> None:
+    """Waits until something came of what was dropped, shows it, and goes a step with it."""
+    assert not wait(live.drop_import._waiting, TOO_LONG).not_done
     run(live, 2)
-    while live.dropped._waiting and time.perf_counter() < start + 10 * WITHIN:
-        run(live, 1)
-    run(live, 1)
-    return time.perf_counter() - start
 
 
 def run(live: Live, frames: int) -> None:
@@ -78,10 +80,11 @@ def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_pat
     for event in (key("4"), key("w")):
         pygame.event.post(event)
     run(live, 5)
-    assert drop(live, limp) < WITHIN
+    drop(live, limp)
+    finish(live)
     assert "My-limp" in live.choice.styles and live.choice.style == {"left_arm": ("My-limp", 1.0)}
     assert live.frame.command.style == live.choice.style and any("learned “My-limp”" in text for text in said(live))
-    assert Bank(bundled=bundled, user=tmp_path / "user").names == ("My-limp", "neutral", "old"), (
+    assert StyleBank(bundled=bundled, user=tmp_path / "user").names == ("My-limp", "neutral", "old"), (
         "kept for the next start"
     )
 
@@ -92,7 +95,7 @@ def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_pat
     live.paint()
     live.paint()  # the clip moves in every second picture
     moved = live.window.read_pixels().astype(int)
-    while live.inset.playing:
+    for _ in range(FRAMES_PLAYED):
         live.inset.step()
     live.paint()
     without = live.window.read_pixels().astype(int)
@@ -101,6 +104,17 @@ def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_pat
     corner = changed[int(height * (0.96 - SIDES[1])) :, width - int(height * (SIDES[0] + 0.04)) :]
     assert changed.sum() == corner.sum() > 0.2 * SIDES[0] * SIDES[1] * height**2, "in the corner and nowhere else"
     assert np.abs(moved - with_inset).max() > 30, "it moves"
+
+
+def test_the_walk_goes_on_while_a_style_is_learned(live, limp, monkeypatch):
+    learn, walked_on = live.session.stylizer.learn, Event()
+    monkeypatch.setattr(live.session.stylizer, "learn", lambda *paths: walked_on.wait(TOO_LONG) and learn(*paths))
+    before = live.frames
+    drop(live, limp, frames=20)
+    assert live.frames == before + 20 and len(live.drop_import._waiting) == 1 and live.choice.style == {}
+    walked_on.set()
+    finish(live)
+    assert live.choice.name == "My-limp"
 
 
 def test_the_inset_plays_a_short_clip_again_and_follows_the_window(screen):
@@ -123,6 +137,7 @@ def test_files_dropped_together_are_one_style_that_knows_the_movements_of_all(li
     walk = walking_clip(300)
     bvh.write(tmp_path / "Hurry.bvh", replace(walk, hips=walk.hips * [1, 1, 2.2]))
     drop(live, limp, tmp_path / "Hurry.bvh")
+    finish(live)
     assert live.choice.name == "My-limp" and "Hurry" not in live.choice.styles
     assert live.session.stylizer.bank["My-limp"].gait.movements == ("walk", "run")
     assert any("learning My limp.bvh and Hurry.bvh" in text for text in said(live))
@@ -133,6 +148,7 @@ def test_one_that_cannot_be_used_refuses_all_that_were_dropped_with_it(live, lim
     for broken in ("notes.txt", "empty.bvh"):
         (tmp_path / broken).write_text("")
         drop(live, limp, tmp_path / broken)
+        finish(live)
         assert said(live)[-1].startswith(f"{broken} ") and live.choice.style == {} and not (tmp_path / "user").exists()
 
 
@@ -166,15 +182,17 @@ OTHER = pygame.event.Event(pygame.WINDOWEXPOSED)
 )
 def test_what_belongs_together_is_what_was_dropped_together(turns, learned):
     learner = Learner()
-    dropped = Dropped(lambda: learner)
-    taken = [" ".join(path.stem for path in paths) for events in turns for paths in dropped.take(events)]
-    results = [waiting.result() for waiting in dropped._waiting]
-    assert taken == learner.given == learned and len(dropped.finished()) == len(results) == len(learned)
+    drop_import = DropImport(lambda: learner)
+    taken = [" ".join(path.stem for path in paths) for events in turns for paths in drop_import.take(events)]
+    results = [waiting.result() for waiting in drop_import._waiting]
+    assert taken == learner.given == learned and len(drop_import.finished()) == len(results) == len(learned)
 
 
 def test_a_drop_waits_for_its_end():
-    dropped = Dropped(Learner)
-    assert dropped.take([BEGIN, A]) == dropped.take([]) == [] and dropped.take([COMPLETE]) == [[Path("a.bvh")]]
+    drop_import = DropImport(Learner)
+    assert drop_import.take([BEGIN, A]) == drop_import.take([]) == [] and drop_import.take([COMPLETE]) == [
+        [Path("a.bvh")]
+    ]
 
 
 def test_many_files_are_named_shortly():
@@ -182,8 +200,9 @@ def test_many_files_are_named_shortly():
 
 
 def test_the_same_file_again_gets_another_name(live, limp, tmp_path):
-    drop(live, limp)
-    drop(live, limp)
+    for _ in range(2):
+        drop(live, limp)
+        finish(live)
     assert {"My-limp", "My-limp-2"} <= set(live.choice.styles) and live.choice.name == "My-limp-2"
     assert len(list((tmp_path / "user").iterdir())) == 2
 
@@ -210,6 +229,7 @@ def test_what_cannot_be_used_says_why_in_a_sentence(live, tmp_path, name):
         bvh.write(tmp_path / name, content)
     before = live.choice.styles
     drop(live, tmp_path / name)
+    finish(live)
     (text,) = [text for text in said(live) if not text.startswith("learning")]
     assert text.startswith(sentence) and str(tmp_path) not in text
     assert len(text) < 250 and ("..." not in text or "`patchwalk styles add` with --map FILE" in text), (

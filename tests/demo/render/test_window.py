@@ -19,6 +19,7 @@ from demo.state.presets import Presets, describe
 from demo.ui import diagram, hud
 from sim.body.skeleton import GROUPS, PART_NAMES
 from sim.command import Command
+from sim.style_spec import PartSpec, StyleSpec
 from tests.demo.live.test_live import Clock
 from tests.support.fakes import BENDS, click, fake_session, key, mouse, offscreen, text
 from tests.support.virtual_pad import VirtualPad
@@ -116,7 +117,8 @@ def test_style_and_strength_by_mouse_alone(player):
     player.click("choose:flapping")
     assert player.style == dict.fromkeys(GROUPS["legs"], ("flapping", 1.0))
     player.click("strength", (0.2, 0.5))
-    assert player.style["left_leg"] == ("flapping", pytest.approx(0.3, abs=0.01))
+    assert player.style["left_leg"][:2] == ("flapping", pytest.approx(0.3, abs=0.01))
+    yaw = player.live.view.camera._wanted["yaw"]
     slider = player.region("strength").box
     middle = slider[1] + slider[3] / 2
     player.post(
@@ -124,9 +126,8 @@ def test_style_and_strength_by_mouse_alone(player):
         mouse(pygame.MOUSEMOTION, (slider[0] + slider[2] + 80, middle), rel=(90, 0), buttons=(1, 0, 0)),
         mouse(pygame.MOUSEBUTTONUP, (0, 0), button=1),
     )
-    assert player.style["left_leg"] == ("flapping", 1.5), "dragged past its end"
-    yaw = player.live.view.camera._wanted["yaw"]
-    assert yaw == player.live.view.camera.yaw, "a slider is no way to turn the camera"
+    assert player.style["left_leg"] == PartSpec("flapping", 1.5), "dragged past its end"
+    assert player.live.view.camera._wanted["yaw"] == yaw, "a slider is no way to turn the camera"
     player.click("own_style")
     assert player.style == {}
 
@@ -166,7 +167,7 @@ def test_two_styles_are_blended_on_a_part(player):
     player.press("=")
     assert player.commands[-1].style == {"left_arm": ("bent", 1.0, "flapping", 0.6)}
     player.click("share", (0.25, 0.5))
-    assert player.style["left_arm"][3] == pytest.approx(0.25, abs=0.01)
+    assert player.style["left_arm"].share == pytest.approx(0.25, abs=0.01)
     player.click("blend:off")
     player.click("choose:marching")
     assert player.style["left_arm"][:3] == ("marching", 1.0, "flapping")
@@ -245,7 +246,7 @@ def test_bundled_presets_use_bundled_styles(tmp_path):
     styles = {path.stem for path in BUNDLED.glob("*.safetensors")}
     slots = Presets(tmp_path / "none.json").slots
     assert set(slots) <= set(SLOTS) and len(slots) >= 6
-    assert {name for _, style in slots.values() for worn in style.values() for name in worn[::2]} <= styles
+    assert {name for _, style in slots.values() for name in style.names} <= styles
 
 
 @pytest.mark.parametrize(
@@ -270,10 +271,10 @@ def test_a_bad_presets_file_is_refused_and_left_alone(tmp_path, content, said):
 
 def test_names_of_what_is_worn():
     legs, arms = (dict.fromkeys(GROUPS[group], ("old", 1.0)) for group in ("legs", "arms"))
-    assert describe({}) == "own style"
-    assert describe({**legs, "spine": ("sad", 1.0, "old", 0.5)}) == "old legs, sad and old spine"
-    assert describe({**legs, **arms, "spine": ("old", 0.5)}) == "old"
-    assert describe({"left_arm": ("old", 1.0)}) == "old left arm"
+    assert describe(StyleSpec()) == "own style"
+    assert describe(StyleSpec({**legs, "spine": ("sad", 1.0, "old", 0.5)})) == "old legs, sad and old spine"
+    assert describe(StyleSpec({**legs, **arms, "spine": ("old", 0.5)})) == "old"
+    assert describe(StyleSpec({"left_arm": "old"})) == "old left arm"
 
 
 # ---- see inside, menu, window -----------------------------------------------------------
@@ -340,8 +341,12 @@ def test_a_gamepad_alone_reaches_the_menu_and_saves_a_preset(player, pad):
 def test_every_row_of_the_menu_is_an_action(player):
     for page in bindings.MENU_PAGES:
         player.live.menu.turn_to(page)
-        for row in player.live.menu.rows(player.live.presets.slots):
-            assert row.action.split("_")[0] in ("preset", *actions.ACTIONS) or row.action in actions.ACTIONS
+        rows = player.live.menu.rows(player.live.presets.slots)
+        desired = {row.action for row in rows}
+        if page == "presets":
+            assert desired == {f"preset_{slot}" for slot in SLOTS} and "preset" in actions.ACTIONS
+        else:
+            assert len(desired) == len(rows) > 0 and desired <= set(actions.ACTIONS)
 
 
 def test_panels_can_be_hidden_and_the_mouse_brings_them_back(player):
@@ -358,15 +363,33 @@ def test_help_closes_before_the_window_does(player):
     assert player.live.leaving
 
 
-@pytest.mark.parametrize("size", [(640, 360), (1280, 720), (1920, 1080), (2560, 1440)])
-def test_panels_stay_within_windows_of_all_sizes(player, size):
+def beyond(player, size: tuple[int, int]) -> set[tuple[str, str]]:
+    """(anchor, border) of each panel that reaches beyond a border of a window of that size, all there is being seen."""
     player.live.seen |= {"times", "phase", "attention"}
     player.live.choice.blending = True
-    player.live.window.size = SIZE
-    for placed in hud.place(tuple(overlay._panels(player.live)), size):
-        left, top, width, height = placed.box
-        if size[1] >= 720:
-            assert left >= 0 and top >= 0 and left + width <= size[0] and top + height <= size[1]
+    panels = hud.place(tuple(overlay._panels(player.live)), size)
+    assert len(panels) == 8
+    return {
+        (placed.panel.anchor, border)
+        for placed in panels
+        for left, top, width, height in [placed.box]
+        for border, is_beyond in (
+            ("left", left < 0),
+            ("upper", top < 0),
+            ("right", left + width > size[0]),
+            ("lower", top + height > size[1]),
+        )
+        if is_beyond
+    }
+
+
+@pytest.mark.parametrize("size", [SIZE, (1280, 720), (1920, 1080), (2560, 1440)])
+def test_panels_stay_within_windows_of_all_usual_sizes(player, size):
+    assert beyond(player, size) == set()
+
+
+def test_in_a_window_too_low_for_them_only_the_panels_on_the_left_are_cut_off_below(player):
+    assert beyond(player, (640, 360)) == {("top left", "lower")}
 
 
 # ---- the first minute -----------------------------------------------------------

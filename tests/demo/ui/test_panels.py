@@ -12,6 +12,7 @@ from demo.ui.menu import Menu
 from demo.ui.plots import FRAMES, STAGES, Times
 from demo.ui.widgets import Choice, Choices, Region
 from sim.latency import Latency
+from sim.style_spec import PartSpec
 from tests.support.fakes import Walker
 from tests.support.golden import assert_golden
 
@@ -43,7 +44,7 @@ def latency() -> Latency:
 
 def attention_panel() -> hud.Panel:
     rows = np.exp(-0.05 * (np.arange(48) % 16 - 2.0 * np.arange(8)[:, None]) ** 2)
-    return panels.attention(rows / rows.sum(1, keepdims=True), "left_arm", ("old", 1.0))
+    return panels.attention(rows / rows.sum(1, keepdims=True), "left_arm", PartSpec("old"))
 
 
 def presets_panel() -> hud.Panel:
@@ -55,7 +56,7 @@ def menu_panel() -> hud.Panel:
 
 
 PANELS = {
-    "wardrobe": lambda: panels.wardrobe(dressed(), typing=False, comparing=False),
+    "wardrobe": lambda: panels.style_panel(dressed(), typing=False, comparing=False),
     "presets": presets_panel,
     "menu": menu_panel,
     "attention": attention_panel,
@@ -73,10 +74,10 @@ def test_golden_panels(name, monkeypatch, tmp_path):
 
 def test_equal_panels_are_one_picture_and_others_are_not():
     choice = dressed()
-    one, same = (panels.wardrobe(choice, False, False) for _ in range(2))
+    one, same = (panels.style_panel(choice, False, False) for _ in range(2))
     assert one == same and hash(one) == hash(same)
     choice.set_strength(0.7)
-    assert panels.wardrobe(choice, False, False) != one
+    assert panels.style_panel(choice, False, False) != one
 
 
 def test_panels_at_one_anchor_do_not_overlap():

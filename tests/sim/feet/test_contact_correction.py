@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim.body.skeleton import BONE_OFFSETS, CONTACT_JOINTS, INDEX, TOE_HEIGHT, TOES
-from sim.feet.contact_correction import CLEARANCE, planted, strided
+from sim.feet.contact_correction import CLEARANCE, planted, scale_strides
 from sim.math import rotations as rot
 from sim.motion.clip import FPS, root_frame
 from sim.motion.contacts import foot_contacts
@@ -58,14 +58,14 @@ def test_a_walk_skates_less_and_swings_clear_of_the_floor():
 
 def test_longer_strides_go_further_in_the_same_time_without_sliding():
     clip = planted(walking_clip(300).grounded())
-    wide = strided(clip, 1.4)
+    wide = scale_strides(clip, 1.4)
     way = [np.linalg.norm(np.diff(root_frame(c.positions()).positions[[10, -10]], axis=0)) for c in (clip, wide)]
     assert way[1] == pytest.approx(1.4 * way[0], rel=1e-3) and len(wide) == len(clip)
     contacts = foot_contacts(clip) > 0
     speeds = [horizontal_speed(c.positions()[:, CONTACT_JOINTS])[contacts][2:].mean() for c in (clip, wide)]
     assert speeds[1] < 1.6 * speeds[0]
     assert wide.hips[:, 1].mean() < clip.hips[:, 1].mean(), "a longer stride needs the hips lower"
-    assert strided(clip, 1.0) is clip
+    assert scale_strides(clip, 1.0) is clip
 
 
 @pytest.mark.parametrize("frames", (1, 3, 5))

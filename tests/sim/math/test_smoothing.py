@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from sim.math.smoothing import smoothest
+from sim.math.smoothing import smooth_penalised
 
 
 @pytest.mark.parametrize("frames", [4, 5, 30])
 def test_it_follows_what_it_must(frames):
     target = np.linspace(0, 1, frames)[:, None]
-    followed = smoothest(target, np.full(frames, 1e6), 0.0, 10.0)
+    followed = smooth_penalised(target, np.full(frames, 1e6), 0.0, 10.0)
     assert np.allclose(followed, target, atol=1e-3)
-    still = smoothest(target, 0.0, np.full(frames - 1, 1e6), 10.0)
+    still = smooth_penalised(target, 0.0, np.full(frames - 1, 1e6), 10.0)
     assert np.allclose(np.diff(still, axis=0), np.diff(target, axis=0), atol=1e-3)
-    assert np.allclose(smoothest(target, 0.0, 0.0, 10.0), 0, atol=1e-9)
+    assert np.allclose(smooth_penalised(target, 0.0, 0.0, 10.0), 0, atol=1e-9)
 
 
 def test_no_curve_costs_less():
@@ -30,7 +30,7 @@ def test_no_curve_costs_less():
             + stillness @ np.diff(curve - target, axis=0) ** 2
         )
 
-    best = smoothest(target, weight, stillness, fade, free)
+    best = smooth_penalised(target, weight, stillness, fade, free)
     for _ in range(20):
         assert (cost(best + 1e-3 * random.standard_normal((20, 2))) > cost(best)).all()
-    np.testing.assert_allclose(smoothest(target[:, 0], weight, stillness, fade, free), best[:, 0], atol=1e-12)
+    np.testing.assert_allclose(smooth_penalised(target[:, 0], weight, stillness, fade, free), best[:, 0], atol=1e-12)

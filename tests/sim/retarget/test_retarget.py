@@ -23,7 +23,7 @@ from sim.body.skeleton import (
 from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.clip import Clip, facing_of
-from sim.retarget import joint_names as name_maps
+from sim.retarget import joint_names
 from sim.retarget.retarget import load_clip, retarget
 from sim.retarget.source_skeleton import SourceBody
 
@@ -257,7 +257,7 @@ def test_families_of_names_are_known(family):
     limbs, pattern, sides, middle = LIMBS[family]
     names = middle.split("|" if "|" in middle else " ")
     names += [pattern.format(side=side, limb=limb) for side in sides.split() for limb in limbs.split()]
-    found = name_maps.detect([*names, "LeftHandIndex1", "LThumb"])
+    found = joint_names.detect([*names, "LeftHandIndex1", "LThumb"])
     assert set(found) == set(JOINTS)
     assert len(set(found.values())) == JOINT_COUNT
     assert found["Chest"] == CHESTS[family]
@@ -276,7 +276,7 @@ def test_an_unknown_skeleton_is_refused_with_what_is_missing():
         *(side + limb for side in ("Left", "Right") for limb in ("UpLeg", "Leg", "Arm", "ForeArm", "Hand")),
     ]
     with pytest.raises(ValueError, match="no joint found for LeftFoot, RightFoot.*--map FILE"):
-        name_maps.detect(names)
+        joint_names.detect(names)
 
 
 @pytest.mark.parametrize(
@@ -292,7 +292,7 @@ def test_an_unknown_skeleton_is_refused_with_what_is_missing():
 def test_a_bad_map_file_is_refused(tmp_path, text, sentence):
     (tmp_path / "map.json").write_text(text)
     with pytest.raises(ValueError, match=sentence):
-        name_maps.load(tmp_path / "map.json")
+        joint_names.load(tmp_path / "map.json")
 
 
 def test_a_map_file_serves_where_the_names_are_unknown(tmp_path):
@@ -301,7 +301,7 @@ def test_a_map_file_serves_where_the_names_are_unknown(tmp_path):
     with pytest.raises(ValueError, match="odd.bvh.*not known"):
         load_clip(tmp_path / "odd.bvh")
     (tmp_path / "map.json").write_text(json.dumps(dict(zip(JOINTS, names, strict=True))))
-    mapped = load_clip(tmp_path / "odd.bvh", name_maps.load(tmp_path / "map.json"))
+    mapped = load_clip(tmp_path / "odd.bvh", joint_names.load(tmp_path / "map.json"))
     np.testing.assert_allclose(mapped.positions(), clip.resampled().positions(), atol=0.01)
     with pytest.raises(ValueError, match="names nose"):
         retarget(dressed(clip, plain()), dict(zip(JOINTS, THEIR_NAMES, strict=True)) | {"Head": "nose"})
@@ -332,7 +332,7 @@ def walk(request, tmp_path_factory):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         motion = bvh.read(path)
-    return SourceBody(motion, name_maps.detect(motion.names)), retarget(motion).grounded(), slide
+    return SourceBody(motion, joint_names.detect(motion.names)), retarget(motion).grounded(), slide
 
 
 def test_real_limbs_keep_their_directions(walk):

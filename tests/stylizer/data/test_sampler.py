@@ -75,9 +75,11 @@ def test_the_exemplar_goes_the_sources_way_in_the_targets_style():
         features[..., 1], features[:, :, LAYOUT["root"]] = height, [0.0, 1.0, turn]
         return features
 
-    ways = {"walk": 0.0, "walk-turn-left": 1.0}
-    data = data_of(*(going(turn, height) for height in (1.0, 2.0) for turn in ways.values()))
-    names = [f"a/dataset-1_{way}_{style}_001" for style in ("normal", "old") for way in ways]
+    root_velocities = {"walk": 0.0, "walk-turn-left": 1.0}
+    data = data_of(*(going(turn, height) for height in (1.0, 2.0) for turn in root_velocities.values()))
+    names = [
+        f"a/dataset-1_{root_velocity}_{style}_001" for style in ("normal", "old") for root_velocity in root_velocities
+    ]
     data.clips = [replace(clip, name=name) for clip, name in zip(data.clips, names)]
     sampler = Sampler(data, seed=0)
     assert sampler.exemplar(data.clips[3], np.array([0.0, 1.0, 0.0])) is data.clips[2]

@@ -29,16 +29,16 @@ def swinging(hertz, frames=240, amplitude=0.3):
 def test_shares_of_the_way(walk, name):
     content, style = measures.STATISTICS[name](walk), measures.STATISTICS[name](swinging(1.0) + 0.1 * np.arange(15))
     for share in (0.0, 0.5, 1.0):
-        arm = measures.shares(measures.part_gaps(content + share * (style - content), content, style) + 1e-12)[
+        arm = measures.shares(measures.part_distances(content + share * (style - content), content, style) + 1e-12)[
             "left_arm"
         ]
-        assert arm["closed"] == pytest.approx(share, abs=1e-6) and arm["gone"] == pytest.approx(share, abs=1e-6)
+        assert arm["closed"] == pytest.approx(share, abs=1e-6) and arm["progress"] == pytest.approx(share, abs=1e-6)
 
 
 def test_overshooting_leaves_a_gap_though_the_way_is_gone(walk):
-    content = measures.posture(walk)
-    arm = measures.shares(measures.part_gaps(content + 0.15, content, content + 0.1))["left_arm"]
-    assert arm["gone"] == pytest.approx(1.5) and arm["closed"] == pytest.approx(0.5)
+    content = measures.mean_pose(walk)
+    arm = measures.shares(measures.part_distances(content + 0.15, content, content + 0.1))["left_arm"]
+    assert arm["progress"] == pytest.approx(1.5) and arm["closed"] == pytest.approx(0.5)
 
 
 def test_a_swing_is_found_in_its_band():

@@ -7,12 +7,10 @@ import pytest
 from sim.body.skeleton import INDEX, PART_NAMES
 from sim.io import bvh
 from sim.math import rotations as rot
-from stylizer.data import style_labels as labelled
-from stylizer.evaluation import classifier, combinations, figures
-from stylizer.evaluation import report as evaluate
-from stylizer.evaluation import transfer_benchmark as rows
-from stylizer.evaluation.classifier import judge
-from stylizer.networks import checkpoint as weights
+from stylizer.data import style_labels
+from stylizer.evaluation import classifier, figures, held_out_pairs, report, transfer_benchmark
+from stylizer.evaluation.classifier import load_classifier
+from stylizer.systems import checkpoint
 from tests.support.walker import walking_clip
 
 STYLES = {"normal": 0.0, "proud": 0.6, "old": -0.9}  # how far the left arm is raised, radians
@@ -37,9 +35,9 @@ def data(tmp_path):
 @pytest.fixture
 def quick(bank, monkeypatch, tmp_path):
     """A tiny network that is `slim`, and little of everything."""
-    (weights.FOLDER / "tiny.safetensors").rename(weights.FOLDER / "slim.safetensors")
+    (checkpoint.FOLDER / "tiny.safetensors").rename(checkpoint.FOLDER / "slim.safetensors")
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
-    monkeypatch.setattr(rows, "TRIALS", 2)
+    monkeypatch.setattr(transfer_benchmark, "TRIALS", 2)
     for name, value in {
         "TRIALS": 2,
         "REAL_SIZE": 6,
@@ -47,7 +45,7 @@ def quick(bank, monkeypatch, tmp_path):
         "STEPS": 30,
         "ROWS": (("full", "offline", 2), ("slim", "offline", 2), ("slim", "live", 2)),
     }.items():
-        monkeypatch.setattr(evaluate, name, value)
+        monkeypatch.setattr(report, name, value)
     monkeypatch.setattr(classifier, "STEPS", 30)
     monkeypatch.setattr(classifier, "BATCH", 12)
     for name, value in {"LONGEST": 70, "REBUILT": 1, "SWITCH_EVERY": 20}.items():
@@ -55,7 +53,7 @@ def quick(bank, monkeypatch, tmp_path):
 
 
 def test_the_halves_share_no_frames(data):
-    halves = labelled.load(data)
+    halves = style_labels.load(data)
     assert (
         {take.style for take in halves.generate}
         == {f"{style} 1" for style in STYLES}
@@ -66,25 +64,27 @@ def test_the_halves_share_no_frames(data):
         (other,) = [t for t in halves.classify if t.style == take.style]
         assert take.path != other.path or len(take.clip) + len(other.clip) == 220
     with pytest.raises(ValueError, match="holds no labelled motion"):
-        labelled.load(data / "deep" / "nothing")
+        style_labels.load(data / "deep" / "nothing")
 
 
 def test_a_judge_learns_what_is_to_be_seen_and_is_kept(data, quick, tmp_path):
-    halves = labelled.load(data)
-    first = judge("style", halves.classify, tmp_path / "judges")
-    seen = np.concatenate([labelled.windows(take.features, [0, 20, 40]) for take in halves.generate])
+    halves = style_labels.load(data)
+    first = load_classifier("style", halves.classify, tmp_path / "classifiers")
+    seen = np.concatenate([style_labels.windows(take.features, [0, 20, 40]) for take in halves.generate])
     names, features = first.names(seen)
     assert names == [take.style for take in halves.generate for _ in range(3)]
     assert features.shape == (9, classifier.WIDTHS[-1])
     steps = []
-    again = judge("style", halves.classify, tmp_path / "judges", tick=lambda: steps.append(1))
+    again = load_classifier("style", halves.classify, tmp_path / "classifiers", tick=lambda: steps.append(1))
     assert np.array_equal(again.names(seen)[1], features) and len(steps) == 30
-    assert len(list((tmp_path / "judges").iterdir())) == 1
+    assert len(list((tmp_path / "classifiers").iterdir())) == 1
 
 
 def test_a_network_that_copies_keeps_content_and_one_that_swaps_takes_style(data, quick, tmp_path):
-    halves = labelled.load(data)
-    judges = rows.Judges(*(judge(kind, halves.classify, tmp_path) for kind in ("content", "style")))
+    halves = style_labels.load(data)
+    classifiers = transfer_benchmark.Classifiers(
+        *(load_classifier(kind, halves.classify, tmp_path) for kind in ("content", "style"))
+    )
 
     class Swap:
         """Answers with the target's own motion."""
@@ -96,7 +96,9 @@ def test_a_network_that_copies_keeps_content_and_one_that_swaps_takes_style(data
         def __call__(self, content, source, target):
             return source.features[-len(content) :], content
 
-    swapped, copied = (rows.row(kind(), halves.generate, judges, 6, lambda: None) for kind in (Swap, Copy))
+    swapped, copied = (
+        transfer_benchmark.row(kind(), halves.generate, classifiers, 6, lambda: None) for kind in (Swap, Copy)
+    )
     assert swapped["sra"][0] == swapped["drawn_sra"][0] == 1.0 and copied["sra"][0] < 0.7
     assert copied["geodesic"][0] < 1e-6 < swapped["geodesic"][0] and copied["jitter_ratio"][0] == pytest.approx(1.0)
 
@@ -105,12 +107,12 @@ def test_judges_are_asked_about_real_motion_whose_content_they_never_saw_in_that
     known = [(content, style) for style in ("old 1", "proud 1") for content in ("dash", "run", "walk")] + [
         ("walk", "lean wd2")
     ]
-    shared = combinations.folds(known)
+    shared = held_out_pairs.folds(known)
     # each once, but who only walks
     assert sorted(set().union(*shared)) == sorted(known[:-1]) and sum(map(len, shared)) == 6
     assert all(len({style for _, style in fold}) == len(fold) for fold in shared)
-    halves, asked = labelled.load(data), []
-    real = combinations.real_where_unknown(halves, [{("walk", "proud 1")}], tmp_path, lambda: asked.append(1))
+    halves, asked = style_labels.load(data), []
+    real = held_out_pairs.real_where_unknown(halves, [{("walk", "proud 1")}], tmp_path, lambda: asked.append(1))
     assert real == {"sra": 0.0, "cra": 1.0, "takes": 1} and len(asked) == 60  # a style never seen cannot be named
 
 
@@ -125,7 +127,7 @@ def test_the_report_has_the_promised_form(data, quick):
 
         return tick
 
-    result = evaluate.evaluate(data, progress=progress)
+    result = report.evaluate(data, progress=progress)
     assert steps["all"] == steps["done"] > 0
     assert set(result.report["real"]) >= {"sra", "cra"}
     assert [(row["model"], row["mode"]) for row in result.report["rows"]] == [("slim", "offline"), ("slim", "live")]
@@ -133,23 +135,23 @@ def test_the_report_has_the_promised_form(data, quick):
         for name in ("sra", "cra", "fmd", "geodesic", "skate_cm_s", "jitter_ratio", "parameters", "ms_per_frame"):
             assert len(row[name]) == 2 and np.isfinite(row[name]).all()
     further = result.report["figures"]
-    assert set(further["arrives"]["live"]["posture"]) == set(PART_NAMES) == set(further["locality"]["live"])
+    assert set(further["arrives"]["live"]["mean_pose"]) == set(PART_NAMES) == set(further["locality"]["live"])
     assert further["strength_0"]["farthest_cm"] < 1e-6
     assert any(note.startswith("no weights for full") for note in result.notes)
 
 
 def test_further_figures_want_neutral_walks(data, bank):
-    takes = [take for take in labelled.load(data).generate if not take.style.startswith("normal")]
+    takes = [take for take in style_labels.load(data).generate if not take.style.startswith("normal")]
     with pytest.raises(ValueError, match="no walk that is 'normal'"):
         figures.Further(bank.model, takes)
 
 
 def test_the_pictures_are_drawn(data, quick, bank, monkeypatch, tmp_path):
     from stylizer.evaluation import pictures
-    from stylizer.styles import bundled_styles as bundled
+    from stylizer.styles import bundled_styles
 
     names = {style: ((f"deep/dataset-1_walk_{style}_000.bvh",), "none") for style in ("proud", "old")}
-    monkeypatch.setattr(bundled, "CLIPS", names)
+    monkeypatch.setattr(bundled_styles, "CLIPS", names)
     monkeypatch.setattr(pictures, "POSES", 2)
     monkeypatch.setattr(pictures, "CONTENT", "deep/dataset-1_walk_normal_001.bvh")
     paths = pictures.save_pictures(tmp_path / "pictures", data)

@@ -11,14 +11,13 @@ import torch
 from demo import cli
 from demo.state.stylizers import Stylizers
 from sim.motion.features import clip_features
-from stylizer.networks import checkpoint as weights
 from stylizer.runtime import catalogue
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.whole_body_live import WholeBodyStylizer
-from stylizer.styles import code_bank as codes
-from stylizer.styles.bank import Bank
+from stylizer.styles import code_bank
+from stylizer.styles.bank import StyleBank
 from stylizer.styles.code_bank import CodeBank
-from stylizer.systems import unpaired
+from stylizer.systems import checkpoint, unpaired
 from tests.stylizer.conftest import CONTROLLER
 from tests.stylizer.styles import test_keypoints_2d as test_key_points
 from tests.support.walker import walking_clip
@@ -30,26 +29,27 @@ def package(bank, tmp_path, monkeypatch):
     yet."""
     torch.manual_seed(0)
     model = unpaired.Unpaired(
-        replace(unpaired.CONFIG, content=(8, 8), style=(8, 8), code=8, taps=3, labels=("old 1", "sad 1"))
+        replace(unpaired.CONFIGS["unpaired"], content=(8, 8), style=(8, 8), code=8, taps=3, labels=("old 1", "sad 1"))
     )
     features = clip_features(walking_clip())
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
-    (weights.FOLDER / "tiny.safetensors").rename(weights.FOLDER / "slim.safetensors")
-    weights.save(model, weights.FOLDER / "unpaired.safetensors", licence="none")
+    (checkpoint.FOLDER / "tiny.safetensors").rename(checkpoint.FOLDER / "slim.safetensors")
+    checkpoint.save(model, checkpoint.FOLDER / "unpaired.safetensors", licence="none")
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
-    for kind in (Bank, CodeBank):
+    for kind in (StyleBank, CodeBank):
         monkeypatch.setattr(
             kind.__init__, "__defaults__", (*kind.__init__.__defaults__[:-2], tmp_path / "styles", None)
         )
-    monkeypatch.setattr(codes, "BUNDLED", tmp_path / "styles")
-    codes.build("unpaired", weights.FOLDER, tmp_path, tmp_path / "styles")
+    monkeypatch.setattr(code_bank, "BUNDLED", tmp_path / "styles")
+    code_bank.build("unpaired", checkpoint.FOLDER, tmp_path, tmp_path / "styles")
     return tmp_path
 
 
 def test_each_name_has_its_bank_and_its_live_stylizer(package):
     assert catalogue.names() == ("slim", "unpaired")
     assert (
-        type(catalogue.bank()) is type(catalogue.bank("slim")) is Bank and type(catalogue.bank("unpaired")) is CodeBank
+        type(catalogue.bank()) is type(catalogue.bank("slim")) is StyleBank
+        and type(catalogue.bank("unpaired")) is CodeBank
     )
     assert type(catalogue.from_pretrained()) is LiveStylizer
     assert type(catalogue.from_pretrained("unpaired")) is WholeBodyStylizer
@@ -58,7 +58,7 @@ def test_each_name_has_its_bank_and_its_live_stylizer(package):
 
 
 def test_codes_of_other_weights_are_refused(package):
-    weights.save(weights.load("unpaired")[0], weights.FOLDER / "unpaired.safetensors", licence="changed")
+    checkpoint.save(checkpoint.load("unpaired")[0], checkpoint.FOLDER / "unpaired.safetensors", licence="changed")
     with pytest.raises(ValueError, match="computed with other stylizer weights"):
         catalogue.bank("unpaired")
 
@@ -93,14 +93,15 @@ class Standing:
         self.stylizer, self.controller = stylizer, SimpleNamespace(fingerprint=fingerprint)
 
 
-def test_the_window_goes_through_the_stylizers_and_back(package, walk_file):
+def test_the_window_goes_through_the_stylizers_and_back(package, walk_file, monkeypatch):
     first = catalogue.from_pretrained()
     session = Standing(first)
     stylizers = Stylizers(session)
     assert stylizers.next() == "unpaired" and type(session.stylizer) is WholeBodyStylizer
     with pytest.raises(ValueError, match="clips only"):
-        stylizers.reroll()
+        stylizers.resample()
     session.stylizer.bank.add(walk_file, "learned")
     assert stylizers.next() == "slim" and session.stylizer is first and "learned" in first.styles
+    monkeypatch.setattr(catalogue, "names", lambda: ("slim",))
     with pytest.raises(ValueError, match="no other stylizer"):
-        Stylizers(Standing(object())).next()
+        stylizers.next()

@@ -88,8 +88,8 @@ def test_the_gap_closes_to_nothing():
         asked = about(Z, 1.2 * (frame >= SWITCH)), 0.3 * Y * (frame >= SWITCH)
         turns, shift = inertializer.step(*asked, np.full(ROWS, frame == SWITCH))
         if frame == SWITCH:
-            assert inertializer.gap.any()
-    assert not inertializer.gap.any()
+            assert inertializer.offset.any()
+    assert not inertializer.offset.any()
     np.testing.assert_array_equal(turns, asked[0])
     np.testing.assert_array_equal(shift, asked[1])
 

@@ -217,7 +217,7 @@ def test_another_bank_that_takes_over_wears_its_own_styles_under_the_same_names(
     for frame, pose in enumerate(walk[:12]):
         if frame == 8:
             before, stylizer = stylizer, LiveStylizer(Other())
-            stylizer.take_over(before)
+            stylizer.transfer_state(before)
         history.push(pose)
         stylizer.step(history.window(), pose, {"spine": ("other", 1.0)})
     mixer, spine = stylizer.mixers[0], list(PARTS).index("spine")

@@ -9,14 +9,14 @@ from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.features import clip_features
 from stylizer.runtime import overlap
-from stylizer.runtime.offline import Look, clip_style, looks, styled_features, stylize
+from stylizer.runtime.offline import ResolvedStyle, clip_style, resolve_styles, styled_features, stylize
 from tests.support.walker import walking_clip
 
 
 @pytest.fixture
 def restyle(bank):
     """(clip, part -> (style, strength ...)) -> the restyled clip."""
-    return lambda clip, worn: stylize(bank.model, clip, looks(bank, worn))
+    return lambda clip, worn: stylize(bank.model, clip, resolve_styles(bank, worn))
 
 
 def turn(a, b):
@@ -71,12 +71,12 @@ def test_windows_leave_no_seams(bank, monkeypatch):
     walk = walking_clip(200)
     features = clip_features(walk)
     monkeypatch.setattr(overlap, "BATCH", 7)
-    styled = stylize(bank.model, walk, {part: Look(bank["other"]) for part in PART_NAMES})
+    styled = stylize(bank.model, walk, {part: ResolvedStyle(bank["other"]) for part in PART_NAMES})
     third = np.linalg.norm(np.diff(styled.positions()[:, 13:], 3, axis=0), axis=-1).mean(axis=1)[20:-20]
     by_phase = [third[start :: overlap.HOP].mean() for start in range(overlap.HOP)]
     assert max(by_phase) < 1.4 * min(by_phase)
     assert (
-        styled_features(bank.model, features, {part: Look(bank["other"]) for part in PART_NAMES}).shape
+        styled_features(bank.model, features, {part: ResolvedStyle(bank["other"]) for part in PART_NAMES}).shape
         == features.shape
     )
 
@@ -95,7 +95,11 @@ def test_styles_of_short_and_of_long_clips_are_worn_side_by_side(bank):
         clip_style(bank.model, clip_features(walking_clip(frames)) + rng.normal(size=(21, 15))) for frames in (100, 900)
     )
     assert few.features[3].keys.shape == many.features[3].keys.shape == bank["other"].features[3].keys.shape
-    both = {"spine": Look(few), "left_arm": Look(many), "right_arm": Look(few, 1.0, many, 0.5)}
+    both = {
+        "spine": ResolvedStyle(few),
+        "left_arm": ResolvedStyle(many),
+        "right_arm": ResolvedStyle(few, 1.0, many, 0.5),
+    }
     together = stylize(bank.model, walk, both)
     for part in ("left_arm", "right_arm"):
         alone, joints = stylize(bank.model, walk, {part: both[part]}), list(PARTS[part])
@@ -104,16 +108,16 @@ def test_styles_of_short_and_of_long_clips_are_worn_side_by_side(bank):
 
 
 def test_a_style_may_be_a_file(bank, walk_file, tmp_path):
-    assert looks(bank, {"spine": (str(walk_file), 0.5)})["spine"].strength == 0.5
+    assert resolve_styles(bank, {"spine": (str(walk_file), 0.5)})["spine"].strength == 0.5
     for name, error in (
         ("othr", "unknown style 'othr': did you mean other"),
         (str(tmp_path / "odd.bvh"), "not a whole BVH"),
     ):
         (tmp_path / "odd.bvh").write_text("nonsense")
         with pytest.raises(ValueError, match=error):
-            looks(bank, {"spine": (name, 1.0)})
+            resolve_styles(bank, {"spine": (name, 1.0)})
     with pytest.raises(FileNotFoundError):
-        looks(bank, {"spine": ("absent.bvh", 1.0)})
+        resolve_styles(bank, {"spine": ("absent.bvh", 1.0)})
 
 
 def test_stylize_writes_on_either_skeleton(bank, walk_file, tmp_path, monkeypatch, capsys):

@@ -10,11 +10,11 @@ from safetensors.torch import save_file
 
 from sim.io import bvh
 from sim.motion.features import clip_features
-from stylizer.networks import checkpoint as weights
 from stylizer.runtime.live import LiveStylizer
 from stylizer.styles import own_style, style_file
-from stylizer.styles.bank import Bank
+from stylizer.styles.bank import StyleBank
 from stylizer.styles.style_clips import style_windows
+from stylizer.systems import checkpoint
 from tests.stylizer.conftest import CONTROLLER, own_motion
 from tests.support.walker import CYCLE, SPEED, planted_clip, walking_clip
 
@@ -29,35 +29,35 @@ def same(a, b):
 
 def again(bank):
     """The bank as the next start of the program finds it."""
-    return Bank("tiny", bank.bundled, bank.user)
+    return StyleBank("tiny", bank.bundled, bank.user)
 
 
 def rewritten(path, **changes):
-    header, tensors = weights.read(path)
+    header, tensors = checkpoint.read(path)
     save_file(tensors, path, {**header, **changes})
 
 
 @pytest.mark.parametrize("key", ["model", "version", "layout", "skeleton"])
 def test_weights_made_for_something_else_are_refused(bank, key):
-    rewritten(weights.FOLDER / "tiny.safetensors", **{key: "another"})
+    rewritten(checkpoint.FOLDER / "tiny.safetensors", **{key: "another"})
     with pytest.raises(ValueError, match=f"made for {key} 'another'"):
-        weights.load("tiny", weights.FOLDER)
+        checkpoint.load("tiny", checkpoint.FOLDER)
 
 
 @pytest.mark.parametrize("change", [{"stem": 5}, {"no_longer": 1}])
 def test_a_network_that_is_made_otherwise_now_is_refused(bank, change):
-    path = weights.FOLDER / "tiny.safetensors"
-    rewritten(path, config=json.dumps({**json.loads(weights.read(path)[0]["config"]), **change}))
+    path = checkpoint.FOLDER / "tiny.safetensors"
+    rewritten(path, config=json.dumps({**json.loads(checkpoint.read(path)[0]["config"]), **change}))
     with pytest.raises(ValueError, match="network of another version"):
-        weights.load("tiny", weights.FOLDER)
+        checkpoint.load("tiny", checkpoint.FOLDER)
 
 
 def test_missing_and_damaged_weights_are_refused(bank):
     with pytest.raises(ValueError, match="no stylizer weights at"):
-        weights.load("absent", weights.FOLDER)
-    (weights.FOLDER / "broken.safetensors").write_bytes(b"nonsense")
+        checkpoint.load("absent", checkpoint.FOLDER)
+    (checkpoint.FOLDER / "broken.safetensors").write_bytes(b"nonsense")
     with pytest.raises(ValueError, match="not a readable safetensors file"):
-        weights.load("broken", weights.FOLDER)
+        checkpoint.load("broken", checkpoint.FOLDER)
 
 
 def test_a_style_is_added_found_again_and_removed(bank, walk_file):
@@ -124,21 +124,21 @@ def test_a_short_clip_is_refused(bank, tmp_path):
 def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, walk_file):
     bank.add(walk_file, "mine")
     before = bank["mine"]
-    model, _ = weights.load("tiny")
+    model, _ = checkpoint.load("tiny")
     with torch.no_grad():
         model.style_encoder.stem.weight.mul_(2)
-    weights.save(model, weights.FOLDER / "tiny.safetensors")
+    checkpoint.save(model, checkpoint.FOLDER / "tiny.safetensors")
     with pytest.raises(
         ValueError, match="neutral.safetensors was computed for other weights of stylizer or controller"
     ):
         again(bank)
-    own_style.write(bank.bundled, bank.own_motion, *weights.load("tiny"))
+    own_style.write(bank.bundled, bank.own_motion, *checkpoint.load("tiny"))
     with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
         again(bank)
     (bank.bundled / "other.safetensors").unlink()
     renewed = again(bank)
     assert not same(renewed["mine"], before)
-    assert same(again(bank)["mine"], again(bank)["mine"])
+    assert same(again(bank)["mine"], renewed["mine"]), "what was computed anew is kept"
 
 
 def test_another_controllers_own_style_refits_the_users_styles(bank, walk_file):
@@ -154,7 +154,7 @@ def test_another_controllers_own_style_refits_the_users_styles(bank, walk_file):
         again(bank)
     (bank.bundled / "other.safetensors").unlink()
     renewed = again(bank)
-    header, _ = weights.read(bank.user / "mine.safetensors")
+    header, _ = checkpoint.read(bank.user / "mine.safetensors")
     assert renewed.controller == header["controller"] == "another" and not same(renewed["mine"], before)
     assert np.array_equal(renewed["mine"].gait.root_velocities, before.gait.root_velocities)
 
@@ -199,7 +199,7 @@ def test_a_users_style_of_the_former_format_is_read_and_written_anew(bank):
 def test_a_style_of_the_former_format_without_motion_is_refused_in_a_sentence(bank):
     path = bank.user / "limp.safetensors"
     former(path, "limp", style_windows(clip_features(walking_clip())), bank.fingerprint)
-    header, tensors = weights.read(path)
+    header, tensors = checkpoint.read(path)
     del tensors["windows"]
     save_file(tensors, path, header)
     with pytest.raises(

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from stylizer.styles import keypoints_2d as key_points
+from stylizer.styles import keypoints_2d
 from stylizer.styles.keypoints_2d import BODY_25, COCO_17, COCO_18, TORSO
 from stylizer.systems.unpaired import POINTS
 
@@ -43,7 +43,7 @@ def body() -> np.ndarray:
 def detected(points: np.ndarray, order, where=(640.0, 360.0)) -> np.ndarray:
     """(frames, n, 3) as a detector sees it: pixels, y down, confidence; what the figure has no point for is near the
     head."""
-    theirs = {theirs: name for name, sources in key_points.SOURCES.items() if len(sources) == 1 for theirs in sources}
+    theirs = {theirs: name for name, sources in keypoints_2d.SOURCES.items() if len(sources) == 1 for theirs in sources}
     result = np.empty((len(points), len(order), 3))
     for place, name in enumerate(order):
         ours = "Hips" if name == "MidHip" else "Neck" if name == "Neck" else theirs.get(name, "Head")
@@ -64,7 +64,7 @@ def write(folder, *people):
 
 def read_back(folder):
     """Every second frame of 60 Hz, without the ends that smoothing bends."""
-    return key_points.read(folder, POINTS, FPS)[::2][3:-3]
+    return keypoints_2d.read(folder, POINTS, FPS)[::2][3:-3]
 
 
 @pytest.mark.parametrize("order", [BODY_25, COCO_18, COCO_17])
@@ -96,7 +96,7 @@ def test_one_person_is_followed_among_others(tmp_path):
 
 
 def test_other_frame_rates_become_sixty(tmp_path):
-    found = key_points.read(write(tmp_path / "points", detected(body(), COCO_18)), POINTS, 25.0)
+    found = keypoints_2d.read(write(tmp_path / "points", detected(body(), COCO_18)), POINTS, 25.0)
     assert len(found) == int((FRAMES - 1) / 25 * 60) + 1
 
 
@@ -124,4 +124,4 @@ def test_what_cannot_be_used_is_said_in_a_sentence(tmp_path, spoil, message):
     folder = tmp_path / "points"
     spoil(folder, detected(body(), BODY_25))
     with pytest.raises(ValueError, match=message):
-        key_points.read(folder, POINTS, FPS)
+        keypoints_2d.read(folder, POINTS, FPS)

@@ -10,7 +10,7 @@ import torch
 from sim.motion.clip import FPS, Clip
 from sim.motion.features import clip_features
 from sim.motion.gait import cycle_at, stride_phase
-from stylizer.networks.layers import PartStyle
+from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.style_clips import (
     BODY,
     MANY,
@@ -111,7 +111,7 @@ def style(count: int) -> StyleClips:
     rng = np.random.default_rng(1)
 
     def part(*shapes):
-        return PartStyle(
+        return BlockFeatures(
             *(torch.from_numpy(rng.normal(size=(5, count, *shape)).astype(np.float32)) for shape in shapes)
         )
 

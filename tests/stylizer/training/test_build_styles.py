@@ -9,13 +9,12 @@ from safetensors.torch import save_file
 
 from controller.model import checkpoint as controller_weights
 from demo import cli
-from stylizer.networks import checkpoint as weights
-from stylizer.styles import code_bank as codes
-from stylizer.styles import own_style, style_file
-from stylizer.styles.bank import BUNDLED, Bank
+from stylizer.styles import code_bank, own_style, style_file
+from stylizer.styles.bank import BUNDLED, StyleBank
 from stylizer.styles.code_bank import CodeBank
+from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.config import KEY_POSES
-from stylizer.training import build_styles as recapture
+from stylizer.training import build_styles
 
 OWN = own_style.OWN
 STYLE, SYSTEM = "marching", "unpaired"  # one of each, the quickest
@@ -27,9 +26,9 @@ def styles(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("styles")
     for name in (OWN, STYLE):
         shutil.copy(BUNDLED / f"{name}.safetensors", folder)
-    codes.build(SYSTEM, weights.FOLDER, folder, folder)
-    path = folder / codes.FOLDER / f"{SYSTEM}.safetensors"
-    header, tensors = weights.read(path)
+    code_bank.build(SYSTEM, checkpoint.FOLDER, folder, folder)
+    path = folder / code_bank.FOLDER / f"{SYSTEM}.safetensors"
+    header, tensors = checkpoint.read(path)
     tensors |= {name.replace(OWN, STYLE): 0.5 * tensor for name, tensor in tensors.items()}
     for key in ("speeds", "movements"):
         header[key] = header[key].removesuffix("}") + ", " + header[key].removeprefix("{").replace(OWN, STYLE)
@@ -47,17 +46,17 @@ def rebuilt(styles, tmp_path_factory) -> tuple[Path, style_file.OwnMotion]:
         windows=[1.1 * window.astype(np.float32) for window in motion.windows],
     )
     out = tmp_path_factory.mktemp("out") / "styles"
-    files = recapture.rebuild(motion, out, styles)
+    files = build_styles.rebuild(motion, out, styles)
     assert sorted(files) == sorted(path for path in out.rglob("*") if path.is_file()) and len(files) == 3
     return out, motion
 
 
 def test_every_file_is_for_the_new_controller(rebuilt, tmp_path):
     out, motion = rebuilt
-    for bank in (Bank(bundled=out, user=tmp_path), CodeBank(SYSTEM, out, tmp_path)):
+    for bank in (StyleBank(bundled=out, user=tmp_path), CodeBank(SYSTEM, out, tmp_path)):
         assert bank.controller == "another" and bank.names == (STYLE, OWN)
         np.testing.assert_array_equal(bank[OWN].gait.root_velocities, motion.gait.root_velocities.astype(np.float32))
-    assert weights.read(out / f"{STYLE}.safetensors")[0]["controller"] == "another"
+    assert checkpoint.read(out / f"{STYLE}.safetensors")[0]["controller"] == "another"
     kept = style_file.read_own_motion(out / f"{OWN}.safetensors")
     for ours, theirs in zip(kept.windows, motion.windows, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-3, atol=1e-5)
@@ -76,7 +75,7 @@ def test_own_styles_are_what_the_new_motion_is_encoded_to(rebuilt, styles, tmp_p
 
 
 def test_key_poses_follow_the_new_strides_and_the_rest_of_a_style_stays(rebuilt, styles, tmp_path):
-    before, after = (Bank(bundled=folder, user=tmp_path)[STYLE] for folder in (styles, rebuilt[0]))
+    before, after = (StyleBank(bundled=folder, user=tmp_path)[STYLE] for folder in (styles, rebuilt[0]))
     for level in before.features:
         for field, ours, theirs in zip(
             ("scale", "bias", "keys", "values"), before.features[level], after.features[level]
@@ -84,7 +83,9 @@ def test_key_poses_follow_the_new_strides_and_the_rest_of_a_style_stays(rebuilt,
             same = np.array_equal(ours, theirs)
             assert same != ((level, field) == (KEY_POSES, "bias")), f"{level} {field}"
     np.testing.assert_array_equal(before.gait.cycles, after.gait.cycles)
-    again = recapture.refit_clips(weights.load()[0], after, style_file.read_own_motion(styles / f"{OWN}.safetensors"))
+    again = build_styles.refit_clips(
+        checkpoint.load()[0], after, style_file.read_own_motion(styles / f"{OWN}.safetensors")
+    )
     biases = [style.features[KEY_POSES].bias for style in (before, again, after)]
     assert (biases[1] - biases[0]).abs().mean() < 0.5 * (biases[2] - biases[0]).abs().mean(), (
         "and come back with the first ones"
@@ -94,11 +95,11 @@ def test_key_poses_follow_the_new_strides_and_the_rest_of_a_style_stays(rebuilt,
 def test_styles_of_other_weights_are_refused_before_anything_is_written(styles, tmp_path):
     folder = tmp_path / "styles"
     shutil.copytree(styles, folder)
-    path = folder / codes.FOLDER / f"{SYSTEM}.safetensors"
-    header, tensors = weights.read(path)
+    path = folder / code_bank.FOLDER / f"{SYSTEM}.safetensors"
+    header, tensors = checkpoint.read(path)
     save_file(tensors, path, header | {"weights": "of old"})
     with pytest.raises(ValueError, match="unpaired.safetensors was computed with other stylizer weights"):
-        recapture.rebuild(style_file.read_own_motion(styles / f"{OWN}.safetensors"), tmp_path / "out", folder)
+        build_styles.rebuild(style_file.read_own_motion(styles / f"{OWN}.safetensors"), tmp_path / "out", folder)
     assert not (tmp_path / "out").exists()
 
 
@@ -106,7 +107,7 @@ def test_styles_of_other_weights_are_refused_before_anything_is_written(styles, 
 def quick(styles, monkeypatch):
     """The command captures two movements and knows the styles of the fixture."""
     monkeypatch.setattr(own_style, "MOVEMENTS", {name: own_style.MOVEMENTS[name] for name in ("stand", "walk_1.0")})
-    monkeypatch.setattr(recapture.rebuild, "__defaults__", (styles,))
+    monkeypatch.setattr(build_styles.rebuild, "__defaults__", (styles,))
 
 
 def test_the_command_captures_the_shipped_controller(quick, tmp_path, capsys):
@@ -128,7 +129,7 @@ def test_the_command_writes_into_folders_only(quick, tmp_path, capsys):
 def test_training_a_controller_ends_with_its_own_style(quick, tmp_path, monkeypatch, capsys):
     def train(data, out, resume):
         out.mkdir()
-        header, tensors = weights.read(controller_weights.FOLDER / f"{controller_weights.MODEL}.safetensors")
+        header, tensors = checkpoint.read(controller_weights.FOLDER / f"{controller_weights.MODEL}.safetensors")
         save_file(
             tensors, out / f"{controller_weights.MODEL}.safetensors", header | {"command": "trained a moment ago"}
         )

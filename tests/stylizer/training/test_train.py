@@ -15,8 +15,8 @@ import torch
 from sim.io import bvh
 from sim.motion.features import clip_features
 from stylizer.data.dataset import MotionData, PackedClip, pack
-from stylizer.networks import checkpoint as weights
-from stylizer.styles.bank import Bank
+from stylizer.styles.bank import StyleBank
+from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.motion_puzzle.objective import OURS, RECIPES
 from stylizer.training import train as training
@@ -96,22 +96,27 @@ def test_a_resumed_run_is_the_run_that_never_stopped(tmp_path):
 
 
 def test_training_writes_weights_curve_and_the_neutral_style(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(weights, "FOLDER", tmp_path / "out")
+    monkeypatch.setattr(checkpoint, "FOLDER", tmp_path / "out")
     path = training.train(folder, tmp_path / "out", minutes=0.002, network="tiny", recipe="small")
-    header, _ = weights.read(path)
+    header, _ = checkpoint.read(path)
     assert json.loads(header["config"])["channels"] == [8, 8, 8]
     assert header["licence"] == "trained on the user's own clips"
     assert (tmp_path / "out" / "curve.csv").read_text().startswith("step,minutes,reconstruction")
     assert (tmp_path / "out" / "curve.png").exists()
-    weights.load("tiny", tmp_path / "out")
+    checkpoint.load("tiny", tmp_path / "out")
     # what the live loop needs
-    assert Bank("tiny", tmp_path / "out" / "styles", tmp_path / "user").names == ("neutral",)
-    training.train(folder, tmp_path / "out", minutes=0.003, resume=True, network="tiny", recipe="small")
+    assert StyleBank("tiny", tmp_path / "out" / "styles", tmp_path / "user").names == ("neutral",)
+    steps, curve = int(header["steps"]) + 2, (tmp_path / "out" / "curve.csv").read_text()
+    training.train(folder, tmp_path / "out", steps=steps, resume=True, network="tiny", recipe="small")
+    assert checkpoint.read(path)[0]["steps"] == str(steps)
+    longer = (tmp_path / "out" / "curve.csv").read_text()
+    assert longer.startswith(curve)
+    assert [int(line.split(",")[0]) for line in longer[len(curve) :].split()] == [steps - 1, steps]
 
 
 def test_training_can_stop_after_steps(folder, tmp_path):
     path = training.train(folder, tmp_path / "out", steps=2, network="tiny", recipe="small")
-    header, _ = weights.read(path)
+    header, _ = checkpoint.read(path)
     assert header["steps"] == "2" and "--steps 2 --network tiny" in header["command"]
 
 

@@ -46,7 +46,7 @@ def network(name, change):
     "name, change",
     [
         ("slim", {}),
-        ("slim", {"way": 0}),
+        ("slim", {"root_units": 0}),
         ("no_key_poses", {}),
         ("paper_slim", {}),
         ("full", {}),
@@ -64,18 +64,18 @@ def test_its_two_halves_are_the_network_up_to_rounding(name, change):
             expand_batch(styles[0], len(looks)),
         )
         windows[..., ROOT] = np.array([0.0, 1.0, 0.0]) * rng.uniform(0.6, 2.0, size=(len(looks), 16, 1, 1))
-        live, ways = inference_form(model), windows[:, :, 0, ROOT].mean(axis=1)
-        styled, rebuilt = live.key_poses(windows[:, -1], ways, ways, style, own)
+        live, root_velocities = inference_form(model), windows[:, :, 0, ROOT].mean(axis=1)
+        styled, rebuilt = live.key_poses(windows[:, -1], root_velocities, root_velocities, style, own)
         ours = live.decoded(windows, style, own) + styled - rebuilt
         assert np.abs(ours - changed(model, windows, style, own)).max() < 1e-4
         assert np.abs(ours).max() > 0.01
-        styled, rebuilt = live.key_poses(windows[:, -1], ways, ways, own, own)
+        styled, rebuilt = live.key_poses(windows[:, -1], root_velocities, root_velocities, own, own)
         assert styled.shape == rebuilt.shape == windows[:, -1].shape
         assert np.abs(styled - rebuilt).max() < 1e-6, "in their own style, or without key poses"
     assert FastInference.fits(model.config) == (name in ("slim", "no_key_poses"))
 
 
-@pytest.mark.parametrize("name, change", [("slim", {}), ("slim", {"way": 0}), ("no_key_poses", {})])
+@pytest.mark.parametrize("name, change", [("slim", {}), ("slim", {"root_units": 0}), ("no_key_poses", {})])
 def test_the_quick_form_is_the_plain_one_up_to_rounding_whatever_way_the_body_goes(name, change):
     """Backwards, sideways, turning, standing, and at another speed than the neutral motion's."""
     model, styles, rng = network(name, change)
@@ -83,19 +83,19 @@ def test_the_quick_form_is_the_plain_one_up_to_rounding_whatever_way_the_body_go
     assert type(quick) is FastInference
     windows = rng.normal(size=(6, 16, 21, 15))
     style, own = cat_batch([styles[1], styles[2]] * 3), expand_batch(styles[0], 6)
-    own_ways = np.array(
+    own_root_velocities = np.array(
         [(0, 1.3, 0), (0, -0.8, 0), (0.9, 0.1, 0), (0, 0, 1.5), (0.02, 0.05, 0), (-0.7, 0.7, -0.5)], dtype=float
     )
-    ways = own_ways * np.array([[0.6], [1.0], [1.2], [1.0], [1.0], [0.8]])
-    answers = [
+    root_velocities = own_root_velocities * np.array([[0.6], [1.0], [1.2], [1.0], [1.0], [0.8]])
+    decode_styles = [
         (
             form.decoded(windows, style, own),
-            *form.key_poses(windows[:, -1], ways, own_ways, style, own),
-            *form.key_poses(windows[:, -1], own_ways, own_ways, style, own),
+            *form.key_poses(windows[:, -1], root_velocities, own_root_velocities, style, own),
+            *form.key_poses(windows[:, -1], own_root_velocities, own_root_velocities, style, own),
         )
         for form in (quick, plain)
     ]
-    for ours, theirs in zip(*answers):
+    for ours, theirs in zip(*decode_styles):
         assert np.abs(ours - theirs).max() < 1e-4
-    elsewhere, same = (np.abs(answers[0][1] - answers[0][3])[place].max() for place in (0, 1))
+    elsewhere, same = (np.abs(decode_styles[0][1] - decode_styles[0][3])[place].max() for place in (0, 1))
     assert same == 0 and (elsewhere > 1e-3) == bool(model.key_poses), "it matters how fast the body goes"

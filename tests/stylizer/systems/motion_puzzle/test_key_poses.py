@@ -34,8 +34,8 @@ def poses():
     return poses
 
 
-def put_on(poses, content, style, own):
-    return poses(poses.told(content, own), content[0, ..., ROOT].mean(1), style, own)
+def apply_styled(poses, content, style, own):
+    return poses(poses.attend(content, own), content[0, ..., ROOT].mean(1), style, own)
 
 
 @torch.inference_mode()
@@ -44,7 +44,11 @@ def test_the_style_arrives_at_the_contents_own_moment(poses):
     own, other = clip(), clip(shift=0.3, scale=1.4)
     content, wanted = clip(start=37, samples=16), clip(shift=0.3, scale=1.4, start=37, samples=16)
     styles = [poses.style_side(each) for each in (own, other)]
-    restyled = content + put_on(poses, content, styles[1], styles[0]) - put_on(poses, content, styles[0], styles[0])
+    restyled = (
+        content
+        + apply_styled(poses, content, styles[1], styles[0])
+        - apply_styled(poses, content, styles[0], styles[0])
+    )
     error, of_mean_posture = (
         (each - wanted)[..., BODY].abs().mean()
         for each in (restyled, content + other.mean(2, keepdim=True) - own.mean(2, keepdim=True))
@@ -57,20 +61,20 @@ def test_of_a_clip_that_goes_another_way_only_the_mean_posture_is_taken(poses):
     own, other = clip(), clip(0.3, 1.4)
     other[..., ROOT] += 10.0
     styles = [poses.style_side(each) for each in (own, other)]
-    put = (put_on(poses, own, styles[1], styles[0]) - put_on(poses, own, styles[0], styles[0]))[..., BODY]
+    put = (apply_styled(poses, own, styles[1], styles[0]) - apply_styled(poses, own, styles[0], styles[0]))[..., BODY]
     assert put.std(2).max() < 1e-4 and put.abs().mean() > 0.1
 
 
 @torch.inference_mode()
 def test_a_slow_walk_is_listened_to_however_wary_training_became(poses):
     """Most of how it moves arrives; who steps sideways may be as little trusted as training likes."""
-    poses.wary.fill_(3.0)
+    poses.log_inverse_scale.fill_(3.0)
     own = poses.style_side(clip())
     shares = {}
     for name, channel in (("slower", 1), ("sideways", 0)):
         other = clip(0.0, 1.4)
         other[..., ROOT.start + channel] -= 0.7
-        put = put_on(poses, clip(), poses.style_side(other), own) - put_on(poses, clip(), own, own)
+        put = apply_styled(poses, clip(), poses.style_side(other), own) - apply_styled(poses, clip(), own, own)
         shares[name] = put[..., BODY].std(2).mean() / (0.4 * clip()[..., BODY].std(2).mean())
     assert shares["slower"] > 0.6 and shares["sideways"] < 0.1
 
@@ -80,18 +84,18 @@ def test_what_a_style_does_on_another_way_is_learned_and_a_clip_on_its_own_way_i
     walk, run = clip(0.3, 1.0), clip(0.3, 2.0)
     run[..., ROOT] += 1.0
     run[..., BODY] += 0.5
-    optimizer = torch.optim.Adam(poses.translation.parameters(), 3e-3)
+    optimizer = torch.optim.Adam(poses.direction_transfer.parameters(), 3e-3)
     with torch.no_grad():
-        before = poses.mistranslated(poses.style_side(run), walk)
+        before = poses.direction_transfer_loss(poses.style_side(run), walk)
     for _ in range(60):
-        loss = poses.mistranslated(poses.style_side(run), walk)
+        loss = poses.direction_transfer_loss(poses.style_side(run), walk)
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()
     with torch.inference_mode():
         style = poses.style_side(run)
-        assert poses.mistranslated(style, walk) < 0.3 * before
-        assert poses.mistranslated(style, run) < 1e-5
+        assert poses.direction_transfer_loss(style, walk) < 0.3 * before
+        assert poses.direction_transfer_loss(style, run) < 1e-5
 
 
 @torch.inference_mode()
@@ -101,7 +105,7 @@ def test_a_clip_told_by_its_own_key_poses_comes_back_as_it_is(poses, monkeypatch
     for ridge in (1e9, key_poses.RIDGE):
         monkeypatch.setattr(key_poses, "RIDGE", ridge)
         style = poses.style_side(motion)
-        rebuilt = put_on(poses, motion, style, style)[..., BODY]
+        rebuilt = apply_styled(poses, motion, style, style)[..., BODY]
         missed.append((rebuilt - motion[..., BODY]).abs().mean())
         lively.append(rebuilt.std(2).mean() / motion[..., BODY].std(2).mean())
     assert missed[1] < 0.6 * missed[0] and lively[0] < 0.85 < lively[1] < 1.05
@@ -110,7 +114,7 @@ def test_a_clip_told_by_its_own_key_poses_comes_back_as_it_is(poses, monkeypatch
 @torch.inference_mode()
 def test_the_way_over_the_floor_is_left_alone(poses):
     own, other = (poses.style_side(clip(shift)) for shift in (0.0, 0.3))
-    assert not put_on(poses, clip(samples=16), other, own)[..., ROOT].any()
+    assert not apply_styled(poses, clip(samples=16), other, own)[..., ROOT].any()
 
 
 @torch.inference_mode()
@@ -124,8 +128,8 @@ def test_a_blend_of_two_styles_is_the_blend_of_what_they_put_on(poses):
     content, own = clip(samples=16), poses.style_side(clip())
     two = [poses.style_side(clip(shift, scale)) for shift, scale in ((0.3, 1.4), (-0.5, 0.7))]
     blend = interpolated(*({KEY_POSES: style} for style in two), [0.25] * 5)[KEY_POSES]
-    first, second = (put_on(poses, content, style, own) for style in two)
-    assert torch.allclose(put_on(poses, content, blend, own), 0.75 * first + 0.25 * second, atol=1e-4)
+    first, second = (apply_styled(poses, content, style, own) for style in two)
+    assert torch.allclose(apply_styled(poses, content, blend, own), 0.75 * first + 0.25 * second, atol=1e-4)
 
 
 @torch.inference_mode()
@@ -149,9 +153,9 @@ def test_a_joint_that_is_taken_from_another_clip_is_held_and_moves_as_there_and_
     joints[[4, 12, 15]] = True
     mended = poses.take_joints(both, 1, 0, joints)
     motion = clip()
-    answers = []
+    decode_styles = []
     for style in (first, other, type(mended)(*(t[:, 1:] for t in mended))):
-        answers.append(put_on(poses, motion, style, first)[..., BODY])
-    torch.testing.assert_close(answers[2][joints], answers[0][joints], atol=1e-5, rtol=1e-5)
-    torch.testing.assert_close(answers[2][~joints], answers[1][~joints], atol=1e-5, rtol=1e-5)
-    assert (answers[0] - answers[1])[joints].abs().max() > 0.1
+        decode_styles.append(apply_styled(poses, motion, style, first)[..., BODY])
+    torch.testing.assert_close(decode_styles[2][joints], decode_styles[0][joints], atol=1e-5, rtol=1e-5)
+    torch.testing.assert_close(decode_styles[2][~joints], decode_styles[1][~joints], atol=1e-5, rtol=1e-5)
+    assert (decode_styles[0] - decode_styles[1])[joints].abs().max() > 0.1

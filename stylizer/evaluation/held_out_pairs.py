@@ -11,27 +11,27 @@ from typing import Callable, Iterable, Sequence
 import numpy as np
 
 from stylizer.data.style_labels import SHORTEST, Labelled, Take, windows
-from stylizer.evaluation.classifier import judge
+from stylizer.evaluation.classifier import load_classifier
 
 FOLDS = 4  # each keeps about a fourth of every style's contents from its judges
-LOOKS = 5  # windows of a take that are judged, evenly spread
+WINDOWS_A_CLIP = 5  # windows of a take that are judged, evenly spread
 
-Combination = tuple[str, str]  # content, style
+Pair = tuple[str, str]  # content, style
 
 
-def combinations(takes: Sequence[Take]) -> set[Combination]:
+def held_out_pairs(takes: Sequence[Take]) -> set[Pair]:
     """Those that some of the takes show."""
     return {(take.content, take.style) for take in takes}
 
 
-def folds(known: Iterable[Combination]) -> list[set[Combination]]:
+def folds(known: Iterable[Pair]) -> list[set[Pair]]:
     """What to keep from judges: the contents of every style that was captured doing several things, shared out in
     turn."""
     contents = defaultdict(list)
     for content, style in sorted(known):
         contents[style].append(content)
     several = [(style, ones) for style, ones in sorted(contents.items()) if len(ones) > 1]
-    shared: list[set[Combination]] = [set() for _ in range(FOLDS)]
+    shared: list[set[Pair]] = [set() for _ in range(FOLDS)]
     for first, (style, ones) in enumerate(several):
         for number, content in enumerate(ones):
             shared[(first + number) % FOLDS].add((content, style))
@@ -39,7 +39,7 @@ def folds(known: Iterable[Combination]) -> list[set[Combination]]:
 
 
 def real_where_unknown(
-    data: Labelled, kept: Sequence[set[Combination]], folder: Path, tick: Callable[[], object]
+    data: Labelled, kept: Sequence[set[Pair]], folder: Path, tick: Callable[[], object]
 ) -> dict[str, float | None]:
     """SRA and CRA of real takes by judges that never saw their content in their style, for each of `kept` (see
     `folds`); judges are kept in `folder`. Calls tick 2 STEPS times for each."""
@@ -47,10 +47,10 @@ def real_where_unknown(
     for fold in kept:
         learned = [take for take in data.classify if (take.content, take.style) not in fold]
         for kind, found in hits.items():
-            one = judge(kind, learned, folder, tick=tick)
+            one = load_classifier(kind, learned, folder, tick=tick)
             for take in data.generate:
                 if (take.content, take.style) in fold:
-                    starts = np.linspace(0, len(take.features) - SHORTEST, LOOKS).astype(int)
+                    starts = np.linspace(0, len(take.features) - SHORTEST, WINDOWS_A_CLIP).astype(int)
                     names, _ = one.names(windows(take.features, starts))
                     found.append(float(np.mean([name == getattr(take, kind) for name in names])))
     sra, cra = (float(np.mean(found)) if found else None for found in hits.values())

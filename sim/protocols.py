@@ -1,0 +1,92 @@
+"""What a session and a window call of a controller and of a stylizer: who has these can take their place."""
+
+from pathlib import Path
+from typing import Protocol, Sequence
+
+import numpy as np
+
+from sim.body.pose import Pose
+from sim.command import Command, Commands
+from sim.motion.clip import Clip
+from sim.motion.playback_pace import OWN_PACE, Pace
+from sim.style_spec import StyleSpec
+
+
+class Trajectory(Protocol):
+    """Where a character was and will be: world x, z and, of the future, yaw."""
+
+    desired: np.ndarray  # (5, 3) what the stick asks for at the samples to come
+    predicted: np.ndarray  # (5, 3) what the network predicts there
+
+    @property
+    def past_positions(self) -> np.ndarray:
+        """(61, 2), a frame each, the present last."""
+
+
+class Controller(Protocol):
+    """Turns the player's commands into neutral motion, one 60 Hz frame a call."""
+
+    fingerprint: str | None  # of its weights; None where it has none
+    trajectory: Trajectory | None  # to be drawn; None where it has none
+
+    def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
+        """The next neutral pose, at the pace that styled legs ask for."""
+
+    def restart(self) -> None:
+        """Back to before the first step: the same commands give the same poses again, bit for bit."""
+
+    def crowd(self, count: int) -> "Controller":
+        """One that moves so many characters by one step of `Commands`: its poses have a leading axis."""
+
+
+class Stylizer(Protocol):
+    """Restyles the newest frame of a half-second window."""
+
+    own_of: str | None  # the fingerprint of the controller whose motion the own style is; None where it does not say
+
+    def step(
+        self,
+        window: np.ndarray,
+        neutral: Pose,
+        style: StyleSpec | Sequence[StyleSpec],
+        travel: np.ndarray | float = 1.0,
+    ) -> Pose:
+        """window: features (16, 21, 15) ending with `neutral`; style: what the parts are asked to show, of a crowd one
+        for each; travel: how many times as fast as the window says the body really goes, carried by styled legs. Raises
+        ValueError for a style that the bank does not hold."""
+
+    def leg_strengths(self) -> np.ndarray:
+        """(..., 2) how far the left and the right leg are styled now."""
+
+    def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """What the styles of the legs ask for in each character's gait: speed and playback rate of
+        sim.motion.playback_pace.Pace, (...) each."""
+
+    def restart(self) -> None:
+        """Back to before the first step, as a Controller's."""
+
+    def crowd(self, count: int) -> "Stylizer":
+        """One for so many characters: windows and poses with a leading axis, a style for each."""
+
+
+class NamedStylizer(Stylizer, Protocol):
+    """A stylizer as a window offers it to choose from: with a name, styles, and what can be done with them."""
+
+    name: str
+
+    @property
+    def styles(self) -> tuple[str, ...]:
+        """The names of its styles."""
+
+    def learn(self, *paths: Path) -> tuple[str, Clip]:
+        """Adds a style made of BVH clips, under a name made from the first file's: the name, and that clip on our
+        skeleton. Raises ValueError or OSError."""
+
+    def resample(self) -> None:
+        """Samples the styles that come from a prior again. Raises ValueError where it has none."""
+
+    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
+        """(content samples, style samples) of a body part's attention map. Raises ValueError where it has none."""
+
+    def transfer_state(self, other: "Stylizer") -> None:
+        """Goes on from another stylizer's last step."""

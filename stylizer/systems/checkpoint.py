@@ -1,0 +1,99 @@
+"""The stylizer's weight files: loaded by name, with a header that says what they are for."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import torch
+from torch import Tensor
+
+from sim.body.skeleton import skeleton_hash
+from sim.io import tensor_file
+from sim.motion.features import LAYOUT_VERSION
+from stylizer.networks.normalization import Scaled
+from stylizer.systems.registry import SYSTEMS, System
+
+FOLDER = Path(__file__).parents[1] / "weights"
+VERSION = "1"
+SLIM = "slim"  # the name of the shipped real-time network
+STATISTICS = ("mean", "deviation")  # kept in float32
+# What weight files of earlier versions call a setting, and what the names of their arrays begin with.
+FORMER_SETTINGS = {"way": "root_units", "relative": "residual_output", "judge": "discriminator"}
+FORMER_NAMES = {
+    "way.": "root_condition.",
+    "key_poses.wary": "key_poses.log_inverse_scale",
+    "key_poses.translation.": "key_poses.direction_transfer.",
+    "key_poses.moments": "key_poses.prototypes",
+    "postures": "mean_poses",
+}
+
+
+def save(model: Scaled, path: Path, **origin: str) -> None:
+    """Writes weights as float16; `origin` says training data, licence, command and commit."""
+    header = {**_expected(), "model": model.KIND, "config": json.dumps(asdict(model.config)), **origin}
+    arrays = {
+        name: (value if name.rpartition(".")[2] in STATISTICS else value.half()).numpy()
+        for name, value in model.state_dict().items()
+    }
+    tensor_file.write(path, arrays, header)
+
+
+def load(name: str = SLIM, folder: Path | None = None) -> tuple[Scaled, str]:
+    """The network ready to run and the fingerprint of its weight file.
+
+    Raises ValueError where the file is missing or made for something else."""
+    path = _path(name, folder)
+    header, tensors = read(path)
+    tensor_file.check_header(path, header, _expected(), "train again")
+    kind = _system(path, header).load_class()
+    settings = {FORMER_SETTINGS.get(key, key): value for key, value in json.loads(header["config"]).items()}
+    try:
+        config = {key: tuple(value) if isinstance(value, list) else value for key, value in settings.items()}
+        model = kind(kind.CONFIG(**config))
+        model.load_state_dict({_present_name(name): value.float() for name, value in tensors.items()})
+    except (TypeError, RuntimeError) as error:  # a setting that there is no more, or layers that are others now
+        raise ValueError(f"{path} holds a network of another version of Patchwalk: train again") from error
+    return model.eval(), tensor_file.fingerprint(path)
+
+
+def system(name: str = SLIM, folder: Path | None = None) -> System:
+    """The system of a weight file. Raises ValueError where the file is missing or of an unknown system."""
+    path = _path(name, folder)
+    return _system(path, tensor_file.read_header(path))
+
+
+def read(path: Path) -> tuple[dict[str, str], dict[str, Tensor]]:
+    """Header and tensors of a file of weights, of a style or of codes. Raises ValueError, in one sentence, for a
+    damaged one."""
+    header, arrays = tensor_file.read(path)
+    return header, {name: torch.from_numpy(array) for name, array in arrays.items()}
+
+
+def _system(path: Path, header: dict[str, str]) -> System:
+    if header.get("model") not in SYSTEMS:
+        raise ValueError(
+            f"{path} was made for model '{header.get('model')}', not one of {', '.join(SYSTEMS)}: train again"
+        )
+    return SYSTEMS[header["model"]]
+
+
+def _present_name(name: str) -> str:
+    for former, present in FORMER_NAMES.items():
+        if name.startswith(former):
+            return present + name.removeprefix(former)
+    return name
+
+
+def _path(name: str, folder: Path | None) -> Path:
+    path = (folder or FOLDER) / f"{name}.safetensors"
+    if not path.exists():
+        there = ", ".join(sorted(other.stem for other in path.parent.glob("*.safetensors")))
+        raise ValueError(
+            f"no stylizer weights at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'"
+            + f"; there are {there}" * bool(there)
+        )
+    return path
+
+
+def _expected() -> dict[str, str]:
+    return {"version": VERSION, "layout": LAYOUT_VERSION, "skeleton": skeleton_hash()}
