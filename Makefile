@@ -1,11 +1,12 @@
-# make run: builds .venv and opens the window (without a display: replays the bundled recording into out/). make test: the tests.
+# make run: builds .venv and opens the window (without a display: replays the bundled recording into out/).
+# make test: the tests. make check: ruff, mypy, then the tests.
 # PYTHON=/path/to/python3.12 chooses the interpreter.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test clean
+.PHONY: run test check clean
 
 run: $(VENV)/.installed-run
 	@$(BIN)/patchwalk
@@ -13,9 +14,14 @@ run: $(VENV)/.installed-run
 test: $(VENV)/.installed-test
 	@$(BIN)/python -m pytest
 
+check: $(VENV)/.installed-check
+	@$(BIN)/ruff format --check . && $(BIN)/ruff check . && $(BIN)/mypy
+	@$(MAKE) --no-print-directory test
+
 # Installed again only when pyproject.toml has changed.
 $(VENV)/.installed-run: EXTRAS := video
 $(VENV)/.installed-test: EXTRAS := video,test
+$(VENV)/.installed-check: EXTRAS := video,test,check
 $(VENV)/.installed-%: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo "patchwalk: '$(PYTHON)' is not Python 3.11 or newer; install one and say which: make $* PYTHON=/path/to/python3" >&2; exit 1; }

@@ -23,9 +23,6 @@ def build_session(stylizer: str | None = None, latency: Latency | None = None) -
 
     Raises ValueError or OSError, in one sentence, where weights are missing, made for something else, or where the
     stylizer's own style is not that of the controller."""
-    # A frame is too little work for a second thread, and one thread adds in one order: same input, same motion.
-    torch.set_num_threads(1)
-    torch.set_flush_denormal(True)  # numbers near zero, as at strength 0, cost a hundred times more otherwise
     session = Session(PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer), latency)
     gc.collect()
     gc.freeze()  # what start-up left is here to stay: the collector need not walk it between two frames

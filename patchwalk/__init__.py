@@ -4,6 +4,8 @@
     session = pw.Session(pw.load_controller(), pw.load_stylizer())
     frame = session.step(pw.Command(move=(0, 1), gait="walk", style={"arms": ("old", 0.8)}))
     frame.styled.positions                          # (21, 3) metres, at 60 frames a second
+    session.stylizer.bank.add("limp", pw.load_clip("limp.bvh"))
+    pw.save_bvh("out.bvh", pw.stylize(pw.load_clip("walk.bvh"), {"legs": "limp"}, session.stylizer))
 
 What is named here is kept: it changes only with a new minor version, and then the changelog says how. Every function
 raises ValueError in one sentence for what it cannot use, OSError for a file that it cannot read or write. Loading a
@@ -38,7 +40,6 @@ __all__ = [
     "Session",
     "StyleBank",
     "StyleSpec",
-    "add_style",
     "load_clip",
     "load_controller",
     "load_stylizer",
@@ -62,14 +63,6 @@ def stylize(content: Clip, style: Mapping[str, PartLike], stylizer: LiveStylizer
     """A clip with its body parts restyled and its feet cleaned. style: as of `StyleSpec`, where a name may also be the
     path of a BVH clip to take the style from."""
     return _stylize(stylizer.bank.model, content, resolve_styles(stylizer.bank, style))
-
-
-def add_style(stylizer: LiveStylizer, name: str, *paths: str | Path) -> tuple[str, ...]:
-    """Learns a style from BVH clips and keeps it in the user's folder; sentences that say which seconds of which file
-    show which movement."""
-    if not paths:
-        raise ValueError(f"style '{name}' needs a clip to learn from: name one BVH file or more")
-    return stylizer.bank.add([Path(path) for path in paths], name).taken
 
 
 def save_bvh(path: str | Path, clip: Clip) -> None:

@@ -6,7 +6,7 @@ from typing import Mapping, Sequence
 
 import numpy as np
 
-from sim.style_spec import PartLike, StyleSpec, shown
+from sim.style_spec import PartLike, StyleSpec, abbreviate
 
 FULL_STICK = 1.001  # the longest stick: rounding may make a full one longer than 1
 GAIT_SPEEDS = {"walk": 1.3, "run": 3.5}  # metres a second at full stick
@@ -15,13 +15,13 @@ GAIT_SPEEDS = {"walk": 1.3, "run": 3.5}  # metres a second at full stick
 def check_length(move: Sequence[float]) -> None:
     """Raises ValueError for a stick (x, z) that is longer than a full one."""
     if math.hypot(*move) > FULL_STICK:
-        raise ValueError(f"move is {shown(move)}, longer than 1, the full stick; scale it down")
+        raise ValueError(f"move is {abbreviate(move)}, longer than 1, the full stick; scale it down")
 
 
 def check_gait(gait: object) -> None:
     """Raises ValueError for what is no name of GAIT_SPEEDS."""
     if not isinstance(gait, str) or gait not in GAIT_SPEEDS:
-        raise ValueError(f"gait is {shown(gait)}, but must be one of {', '.join(GAIT_SPEEDS)}")
+        raise ValueError(f"gait is {abbreviate(gait)}, but must be one of {', '.join(GAIT_SPEEDS)}")
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Command:
     def __post_init__(self) -> None:
         for name, value in (("move", self.move), ("face", self.face)):
             if value is not None and not (len(value) == 2 and math.isfinite(value[0]) and math.isfinite(value[1])):
-                raise ValueError(f"{name} is {shown(value)}, but must be two numbers (x, z)")
+                raise ValueError(f"{name} is {abbreviate(value)}, but must be two numbers (x, z)")
         check_length(self.move)
         check_gait(self.gait)
         object.__setattr__(self, "style", StyleSpec.of(self.style))

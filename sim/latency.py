@@ -68,7 +68,7 @@ def percentiles(milliseconds: np.ndarray) -> dict[str, float]:
 
 
 def cpu_name() -> str:
-    """The processor's name where the system tells it."""
+    """The processor's name where the system says it."""
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
             if line.startswith("model name"):

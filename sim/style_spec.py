@@ -88,7 +88,9 @@ class StyleSpec(Mapping[str, PartSpec]):
         """This spec changed by what a file holds: only the parts or groups that it names; null returns a part to its
         own style. Raises ValueError for anything else."""
         if not isinstance(value, dict):
-            raise ValueError(f'style is {shown(value)}, but must look like {{"left_arm": ["old", 1.0], "spine": null}}')
+            raise ValueError(
+                f'style is {abbreviate(value)}, but must look like {{"left_arm": ["old", 1.0], "spine": null}}'
+            )
         parts = dict(self._parts)
         for target, wanted in value.items():
             for part in expand_part(target):
@@ -108,7 +110,7 @@ def _read_part(target: str, wanted: Any) -> PartSpec:
         and all(map(is_number, wanted[1::2]))
     ):
         raise ValueError(
-            f'the style of {target} is {shown(wanted)}, but must be ["NAME", STRENGTH], '
+            f'the style of {target} is {abbreviate(wanted)}, but must be ["NAME", STRENGTH], '
             '["NAME", STRENGTH, "OTHER", SHARE] or null'
         )
     for number, what, highest in zip(wanted[1::2], ("strength", "share"), (MAX_STRENGTH, 1), strict=False):
@@ -122,7 +124,7 @@ def is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e9
 
 
-def shown(value: object) -> str:
+def abbreviate(value: object) -> str:
     """A value as JSON, cut to a length that fits in a sentence."""
     text = json.dumps(value, default=str)
     return text if len(text) <= 40 else text[:37] + "..."

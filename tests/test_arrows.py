@@ -3,13 +3,14 @@ what lives in it."""
 
 import ast
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parent.parent
 MAY_IMPORT = {  # room: what it may import besides itself and Python's library
-    "sim": {"numpy", "scipy", "safetensors"},
+    "sim": {"numpy", "scipy", "safetensors", "torch"},
     "controller": {"sim", "numpy", "scipy", "torch", "tqdm", "matplotlib"},
     "stylizer": {"sim", "numpy", "scipy", "torch", "tqdm", "matplotlib"},
     "demo": {
@@ -40,6 +41,7 @@ ROOMS = {
         "style_spec",
         "command",
         "latency",
+        "torch_setup",
         "protocols",
         "session",
         "io",
@@ -63,6 +65,21 @@ ROOMS = {
         "tools",
         "examples",
     ),
+}
+# Names that several files of a room define on purpose, because files of one kind are called alike through their names.
+CALLED_ALIKE = {
+    "sim/io": {"read", "write"},  # bvh.read, recording.read ...
+    "demo/commands": {"add_arguments", "run"},
+    "demo/examples": {"main"},
+    "stylizer/systems": {  # each file is one paper's system, with its own networks
+        "Config",
+        "Objective",
+        "Encoder",
+        "ContentEncoder",
+        "StyleEncoder",
+        "Decoder",
+        "Generator",
+    },
 }
 FILES = [(room, path) for room in MAY_IMPORT for path in sorted((ROOT / room).rglob("*.py"))]
 
@@ -114,3 +131,23 @@ def test_arrows_between_rooms(package, path):
 def test_a_room_that_looks_up_would_be_seen():
     tree = ast.parse("def late():\n    from sim.retarget import retarget\n    from sim import session")
     assert rooms_imported(tree, "sim") == {"retarget", "session"}
+
+
+def public_definitions(tree: ast.Module) -> list[str]:
+    """The functions and classes of a file that others may use."""
+    kinds = ast.FunctionDef | ast.ClassDef
+    return [node.name for node in tree.body if isinstance(node, kinds) and not node.name.startswith("_")]
+
+
+def test_a_name_is_defined_once_in_a_room():
+    places = defaultdict(list)
+    for _, path in FILES:
+        room = str(path.parent.relative_to(ROOT))
+        for name in public_definitions(ast.parse(path.read_text(encoding="utf-8"))):
+            if name not in CALLED_ALIKE.get(room, ()):
+                places[room, name].append(path.name)
+    assert places[str(Path("sim/body")), "forward_kinematics"], "definitions are found at all"
+    twice = {f"{room}: {name}": files for (room, name), files in places.items() if len(files) > 1}
+    assert twice == {"sim/body: forward_kinematics": ["kinematics.py", "torch_kinematics.py"]}, (
+        "the same for numpy and for torch; any other name that two files define means two things"
+    )

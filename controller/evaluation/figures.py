@@ -7,7 +7,6 @@ from typing import Callable, Mapping, Sequence
 import numpy as np
 
 from controller.evaluation.metrics import (
-    PLANTED,
     contact_speed,
     depth_under,
     drift,
@@ -17,10 +16,11 @@ from controller.evaluation.metrics import (
     spells,
 )
 from controller.evaluation.reference_clips import IDLE_SECONDS, RealClips
-from controller.evaluation.suite import Motion, Playback, compared
+from controller.evaluation.suite import Motion, Trial, compare
 from sim.body.skeleton import TOE_HEIGHT, TOES
 from sim.motion.clip import FPS
 from sim.motion.metrics import foot_skate, frechet_distance, jerk, pose_and_velocity
+from sim.motion.thresholds import PLANTED
 
 WALKING, RUNNING = 1, 2  # columns of Motion.gait
 GAITS_MEASURED = ((WALKING, "walk"), (RUNNING, "run"))
@@ -72,10 +72,10 @@ class Figure:
         return Figure(*(short(value) for value in vars(self).values()))
 
 
-def feet(played: Mapping[str, Playback], real: RealClips | None) -> dict[str, Figure]:
+def feet(played: Mapping[str, Trial], real: RealClips | None) -> dict[str, Figure]:
     """Skating, sliding contacts and the floor, over all frames of the suite that walk or run."""
-    playbacks = list(played.values())
-    neutral, locked = [playback.neutral for playback in playbacks], [playback.locked for playback in playbacks]
+    trials = list(played.values())
+    neutral, locked = [trial.neutral for trial in trials], [trial.locked for trial in trials]
     captured = real.held_out if real else []
     result = {}
     for gait, name in GAITS_MEASURED:
@@ -110,17 +110,17 @@ def _contact_speed(motion: Motion) -> np.ndarray:
     return contact_speed(motion.feet, motion.contacts) * CENTI
 
 
-def standing(playback: Playback, real: RealClips | None) -> dict[str, Figure]:
+def standing(trial: Trial, real: RealClips | None) -> dict[str, Figure]:
     """Twenty seconds without a wish, beside the stands of all real clips."""
-    ours, theirs = [playback.locked], real.idle if real else []
-    result = {"standing_drift_cm": Figure(drift(playback.locked.root.positions) * CENTI, high=1.0)}
+    ours, theirs = [trial.locked], real.idle if real else []
+    result = {"standing_drift_cm": Figure(drift(trial.locked.root.positions) * CENTI, high=1.0)}
     for unit, step in JERKS:
         captured = _pooled(theirs, _jerk_at(step))
         result[f"standing_jerk_{unit}"] = Figure(_pooled(ours, _jerk_at(step)), captured, high=captured)
 
     captured = _alive(theirs)
     result["standing_alive_mm"] = Figure(_alive(ours), captured, low=1.0 if captured is None else captured / 2)
-    result["standing_alive_20_s_mm"] = Figure(motion_amplitude(_relative(playback.locked)) * MILLI)
+    result["standing_alive_20_s_mm"] = Figure(motion_amplitude(_relative(trial.locked)) * MILLI)
     return result
 
 
@@ -132,15 +132,15 @@ def _alive(motions: Sequence[Motion]) -> float | None:
     return float(np.median([motion_amplitude(_relative(w)) for w in windows])) * MILLI if windows else None
 
 
-def smoothness(played: Mapping[str, Playback], real: RealClips | None) -> dict[str, Figure]:
+def smoothness(played: Mapping[str, Trial], real: RealClips | None) -> dict[str, Figure]:
     """Jerk of all frames of the suite that walk."""
-    return _walking_jerk("", [playback.locked for playback in played.values()], real.held_out if real else [])
+    return _walking_jerk("", [trial.locked for trial in played.values()], real.held_out if real else [])
 
 
 def likeness(real: RealClips | None, followed: Sequence[Motion]) -> dict[str, Figure]:
-    """Like for like: what was played along the ways of the held-out clips, beside those clips. The suite asks for
+    """Like for like: what was played along the paths of the held-out clips, beside those clips. The suite asks for
     livelier movement than most of them show."""
-    pairs = [compared(clip, motion) for clip, motion in zip(real.held_out, followed)] if real else []
+    pairs = [compare(clip, motion) for clip, motion in zip(real.held_out, followed)] if real else []
     captured, ours = [clip for clip, _ in pairs], [motion for _, motion in pairs]
     result = {}
     for gait, name in GAITS_MEASURED:
@@ -174,19 +174,19 @@ def between_halves(clips: Sequence[np.ndarray]) -> float:
     return float(np.mean(distances))
 
 
-def endurance(playback: Playback, real: RealClips | None) -> dict[str, Figure]:
+def endurance(trial: Trial, real: RealClips | None) -> dict[str, Figure]:
     """Ten minutes of random sticks: what breaks."""
-    desired = np.linalg.norm(playback.desired, axis=1)
-    speed = np.linalg.norm(playback.neutral.velocity, axis=1)
+    desired = np.linalg.norm(trial.desired, axis=1)
+    speed = np.linalg.norm(trial.neutral.velocity, axis=1)
     frozen = spells((speed < FROZEN_SPEED) & (desired > WALK_AT_LEAST), SPELL_SECONDS)
     fast = spells(speed > RUNAWAY_SHARE * np.maximum(desired, SLOWEST_DESIRED), SPELL_SECONDS)
     return {
-        "random_nan_count": Figure(int((~np.isfinite(playback.locked.positions)).sum()), high=0),
+        "random_nan_count": Figure(int((~np.isfinite(trial.locked.positions)).sum()), high=0),
         "random_outside_joint_range_share": Figure(None)
         if real is None
-        else Figure(_outside_share([playback.locked], real), _outside_share(real.held_out, real), high=0.001),
+        else Figure(_outside_share([trial.locked], real), _outside_share(real.held_out, real), high=0.001),
         "random_freezes_count": Figure(len(frozen), high=0),
-        "random_runaways_count": Figure(len(fast) + len(spells(playback.lead > RUNAWAY_METRES, 0.0)), high=0),
+        "random_runaways_count": Figure(len(fast) + len(spells(trial.lead > RUNAWAY_METRES, 0.0)), high=0),
     }
 
 

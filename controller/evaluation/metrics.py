@@ -8,11 +8,10 @@ import numpy as np
 from sim.math import rotations as rot
 from sim.motion.clip import FPS
 from sim.motion.metrics import horizontal_speed
+from sim.motion.thresholds import PLANTED, STILL_ROOT
 
 STEADY_SECONDS = 1.0  # the end of a stretch over which its steady velocity is taken
 ARRIVED = 0.9  # share of the steady velocity at which a change counts as done
-STILL = 0.1  # metres a second under which the root stands
-PLANTED = 0.5  # contact over which a joint is said to stand on the floor
 
 
 def speed_share(velocity: np.ndarray, desired: np.ndarray) -> float:
@@ -30,13 +29,13 @@ def arrival_time(velocity: np.ndarray, desired: np.ndarray) -> float:
     its mean over the last STEADY_SECONDS; infinite where it ends up not moving that way at all."""
     along = velocity @ desired / np.linalg.norm(desired)
     steady = along[-round(STEADY_SECONDS * FPS) :].mean()
-    return float(np.argmax(along >= ARRIVED * steady) / FPS) if steady > STILL else float("inf")
+    return float(np.argmax(along >= ARRIVED * steady) / FPS) if steady > STILL_ROOT else float("inf")
 
 
 def time_until_still(velocity: np.ndarray) -> float:
-    """Seconds from the first frame, at which nothing is asked for any more, until the speed is under STILL and stays;
-    infinite where it never is."""
-    return time_until(np.linalg.norm(velocity, axis=1) < STILL)
+    """Seconds from the first frame, at which nothing is asked for any more, until the speed is under STILL_ROOT and
+    stays; infinite where it never is."""
+    return time_until(np.linalg.norm(velocity, axis=1) < STILL_ROOT)
 
 
 def time_until(holds: np.ndarray) -> float:

@@ -6,11 +6,11 @@ from typing import Mapping
 import matplotlib
 import numpy as np
 
-from controller.evaluation.metrics import PLANTED
-from controller.evaluation.suite import Playback
+from controller.evaluation.suite import Trial
 from sim.body.skeleton import TOE_HEIGHT
 from sim.io.atomic_write import atomic_write
 from sim.motion.clip import FPS
+from sim.motion.thresholds import PLANTED
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backend that needs no display
@@ -34,7 +34,7 @@ COLUMNS = 6
 STRIDES = {"walk 1.3 m/s": (2.0, 5.0), "run 3.5 m/s": (2.0, 4.0)}  # which seconds of which takes the feet are shown
 
 
-def save_plots(folder: Path, played: Mapping[str, Playback], data: Path | None = None) -> list[Path]:
+def save_plots(folder: Path, played: Mapping[str, Trial], data: Path | None = None) -> list[Path]:
     """Writes trajectory.png, speed.png, feet.png and strips.png into a folder, made if missing; the strips are drawn
     beside captured clips of the `data` folder. Raises OSError where it cannot."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -54,15 +54,15 @@ def save_plots(folder: Path, played: Mapping[str, Playback], data: Path | None =
     return paths
 
 
-def _trajectories(played: Mapping[str, Playback]):
+def _trajectories(played: Mapping[str, Trial]):
     """From above: the way the stick alone would give, and the character's."""
     figure, panels = _grid(played, "Trajectory asked and walked, from above (metres)", height=2.3)
-    for axes, playback in zip(panels, played.values()):
-        desired = np.cumsum(playback.desired, axis=0) / FPS
-        root = playback.neutral.root.positions
+    for axes, trial in zip(panels, played.values()):
+        desired = np.cumsum(trial.desired, axis=0) / FPS
+        root = trial.neutral.root.positions
         axes.plot(*desired.T, color=DESIRED, lw=3, label="asked: the stick's velocity, at once")
         axes.plot(root[:, 0], root[:, 2], color=WALKED, lw=1.3, label="walked")
-        facing = playback.neutral.root.facing[:: FPS // 2]
+        facing = trial.neutral.root.facing[:: FPS // 2]
         axes.quiver(
             root[:: FPS // 2, 0],
             root[:: FPS // 2, 2],
@@ -83,25 +83,25 @@ def _trajectories(played: Mapping[str, Playback]):
     return _with_legend(figure, panels[0])
 
 
-def _speeds(played: Mapping[str, Playback]):
+def _speeds(played: Mapping[str, Trial]):
     """Root speed over time against the one asked for."""
     figure, panels = _grid(played, "Speed asked and walked (m/s over seconds)", height=1.7)
-    for axes, playback in zip(panels, played.values()):
-        seconds = np.arange(len(playback.desired)) / FPS
-        axes.plot(seconds, np.linalg.norm(playback.desired, axis=1), color=DESIRED, lw=2.5, label="asked")
-        axes.plot(seconds, np.linalg.norm(playback.neutral.velocity, axis=1), color=WALKED, lw=1.2, label="walked")
-        axes.set_ylim(0, max(2.0, 1.3 * float(np.linalg.norm(playback.desired, axis=1).max())))
+    for axes, trial in zip(panels, played.values()):
+        seconds = np.arange(len(trial.desired)) / FPS
+        axes.plot(seconds, np.linalg.norm(trial.desired, axis=1), color=DESIRED, lw=2.5, label="asked")
+        axes.plot(seconds, np.linalg.norm(trial.neutral.velocity, axis=1), color=WALKED, lw=1.2, label="walked")
+        axes.set_ylim(0, max(2.0, 1.3 * float(np.linalg.norm(trial.desired, axis=1).max())))
     return _with_legend(figure, panels[0])
 
 
-def _feet(played: Mapping[str, Playback]):
+def _feet(played: Mapping[str, Trial]):
     """Toe heights before and after the foot lock, and when each toe is in contact."""
-    playbacks = {name: span for name, span in STRIDES.items() if name in played}
+    trials = {name: span for name, span in STRIDES.items() if name in played}
     figure, panels = plt.subplots(
-        2, len(playbacks), figsize=(12, 5.5), layout="constrained", squeeze=False, sharex="col", height_ratios=(4, 1.2)
+        2, len(trials), figsize=(12, 5.5), layout="constrained", squeeze=False, sharex="col", height_ratios=(4, 1.2)
     )
     figure.suptitle("Toe height and contact over time")
-    for (heights, contacts), (name, (start, stop)) in zip(panels.T, playbacks.items()):
+    for (heights, contacts), (name, (start, stop)) in zip(panels.T, trials.items()):
         frames = slice(round(start * FPS), round(stop * FPS))
         seconds = np.arange(frames.start, frames.stop) / FPS
         for row, (side, (colour, toe)) in enumerate(SIDES.items()):
@@ -122,7 +122,7 @@ def _feet(played: Mapping[str, Playback]):
     return _with_legend(figure, panels[0, 0])
 
 
-def _grid(played: Mapping[str, Playback], title: str, height: float):
+def _grid(played: Mapping[str, Trial], title: str, height: float):
     """A figure with one titled panel a take; panels left over are taken away."""
     rows = -(-len(played) // COLUMNS)
     figure, panels = plt.subplots(

@@ -7,12 +7,12 @@ from typing import Callable, Mapping
 import numpy as np
 from matplotlib import pyplot as plt
 
-from controller.evaluation.metrics import PLANTED
-from controller.evaluation.suite import Motion, Playback
+from controller.evaluation.suite import Motion, Trial
 from controller.training.dataset import load_neutral
 from sim.body.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT
 from sim.math import rotations as rot
 from sim.motion.clip import FPS
+from sim.motion.thresholds import PLANTED
 
 POSES, SPACING = 14, 0.75  # of a strip, and metres between two of them on the page
 COLOURS = dict(zip(PART_NAMES, ("#0b6e99", "#c8553d", "#3b4252", "#5aa9c9", "#e39a86")))  # left is blue, right is red
@@ -51,7 +51,7 @@ MOVEMENTS: dict[str, tuple[str, str, Callable[[Motion], int], float]] = {
 }
 
 
-def draw_strips(played: Mapping[str, Playback], data: Path | None):
+def draw_strips(played: Mapping[str, Trial], data: Path | None):
     """A figure with a row of ours and a row of the captured clip, where `data` holds it, for every movement."""
     rows = []
     for movement, (name, clip, moment, seconds) in MOVEMENTS.items():

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.evaluation.metrics import STILL, joint_angles, spells
+from controller.evaluation.metrics import joint_angles, spells
 from controller.evaluation.suite import Motion
 from controller.training.dataset import is_held_out, load_clips
+from sim.motion.thresholds import STILL_ROOT
 
 IDLE_SECONDS = 2.0  # the shortest stand that counts as idling
 IDLE_TURN = 0.3  # radians a second over which a standing character is turning
@@ -48,4 +49,4 @@ class RealClips:
 
 def is_idle(motion: Motion) -> np.ndarray:
     """Whether the root neither goes nor turns: (frames,)."""
-    return (np.linalg.norm(motion.velocity, axis=1) < STILL) & (np.abs(motion.turn_rate) < IDLE_TURN)
+    return (np.linalg.norm(motion.velocity, axis=1) < STILL_ROOT) & (np.abs(motion.turn_rate) < IDLE_TURN)

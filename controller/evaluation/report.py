@@ -4,13 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable, Mapping
 
-import torch
-
 from controller.evaluation.figures import Figure, endurance, feet, likeness, smoothness, standing
 from controller.evaluation.reference_clips import RealClips
 from controller.evaluation.steering_figures import steering
-from controller.evaluation.suite import Playback, follow, play, random_sticks, suite
+from controller.evaluation.suite import Trial, follow, play, random_sticks, suite
 from controller.runtime.controller import PhaseFunctionedController
+from sim.torch_setup import set_up_torch
 
 
 @dataclass(frozen=True)
@@ -18,16 +17,16 @@ class Evaluation:
     """The figures by name and the suite as it was played, for the plots."""
 
     figures: Mapping[str, Figure]
-    played: Mapping[str, Playback]
+    played: Mapping[str, Trial]
 
 
 def evaluate(data: Path | None = None, progress: Callable[[int], Callable[[], object]] | None = None) -> Evaluation:
     """Plays everything with the shipped weights and measures it; `data` is a folder of BVH files or None.
 
-    progress(frames) is told how much there is to play and returns what to call once a frame. The same weights and clips
-    give the same figures. Raises ValueError where weights are missing or `data` holds no clips to compare with."""
-    torch.set_num_threads(1)
-    torch.set_flush_denormal(True)
+    progress(frames) is given how much there is to play and returns what to call once a frame. The same weights and
+    clips give the same figures. Raises ValueError where weights are missing or `data` holds no clips to compare
+    with."""
+    set_up_torch()
     standing_still = PhaseFunctionedController.from_pretrained()
     real = None if data is None else RealClips.load(data)
     scripts = {**suite(), "random": random_sticks()}

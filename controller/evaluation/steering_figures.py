@@ -7,7 +7,7 @@ import numpy as np
 
 from controller.evaluation.figures import CENTI, Figure
 from controller.evaluation.metrics import arrival_time, direction_error, speed_share, time_until, time_until_still
-from controller.evaluation.suite import FACING_FORWARD, INSTANTS, SPEEDS, TURNS, Playback, speed_name
+from controller.evaluation.suite import FACING_FORWARD, INSTANTS, SPEEDS, TURNS, Trial, speed_name
 from sim.math import rotations as rot
 from sim.motion.clip import FPS
 
@@ -15,20 +15,20 @@ SETTLED_SECONDS = 1.0  # after a wish has changed, speed and direction are held 
 FACED = math.radians(10)  # of the facing asked for, at which a turn on the spot counts as done
 
 
-def steering(played: Mapping[str, Playback]) -> dict[str, Figure]:
+def steering(played: Mapping[str, Trial]) -> dict[str, Figure]:
     """Speed, direction, and how quickly a new wish is fulfilled; of several takes the worst counts."""
     # The simulated body waits for the character at its longest lead (controller.runtime.trajectory.MAX_LEAD): this one
     # guards that.
-    lead = float(max(playback.lead.max() for playback in played.values()))
+    lead = float(max(trial.lead.max() for trial in played.values()))
     return {**_held(played), **_fulfilled(played), "simulated_body_ahead_max_cm": Figure(lead * CENTI, high=15.0)}
 
 
-def _held(played: Mapping[str, Playback]) -> dict[str, Figure]:
+def _held(played: Mapping[str, Trial]) -> dict[str, Figure]:
     """Speed and direction while the stick rests."""
     result = {}
     for gait, speed in SPEEDS:
-        playback = played.get(speed_name(gait, speed))
-        share = None if playback is None else speed_share(*_settled(playback))
+        trial = played.get(speed_name(gait, speed))
+        share = None if trial is None else speed_share(*_settled(trial))
         result[f"speed_held_{gait}_{speed}_m_s_share".replace(".", "_")] = Figure(share, low=0.9, high=1.1)
     kinds = {
         "straight": [speed_name(*kind) for kind in SPEEDS],
@@ -36,18 +36,18 @@ def _held(played: Mapping[str, Playback]) -> dict[str, Figure]:
         "backing": [name for name in FACING_FORWARD if name.startswith("back")],
     }
     for kind, names in kinds.items():
-        playbacks = [_settled(played[name]) for name in names if name in played]
+        trials = [_settled(played[name]) for name in names if name in played]
         if kind != "straight":  # each speed of which has a figure of its own
-            shares = [speed_share(*playback) for playback in playbacks]
+            shares = [speed_share(*trial) for trial in trials]
             result[f"speed_held_{kind}_share"] = Figure(
                 max(shares, key=lambda share: abs(share - 1)), low=0.9, high=1.1
             )
-        error = max(direction_error(*playback) for playback in playbacks)
+        error = max(direction_error(*trial) for trial in trials)
         result[f"direction_error_{kind}_deg"] = Figure(math.degrees(error), high=5.0)
     return result
 
 
-def _fulfilled(played: Mapping[str, Playback]) -> dict[str, Figure]:
+def _fulfilled(played: Mapping[str, Trial]) -> dict[str, Figure]:
     """Seconds until a reversal, a turn, a start or a stop is done."""
     result = {}
     for gait, limit in (("walk", 0.9), ("run", 1.2)):
@@ -67,24 +67,24 @@ def _fulfilled(played: Mapping[str, Playback]) -> dict[str, Figure]:
     return result
 
 
-def _stretches(playback: Playback) -> list[tuple[np.ndarray, np.ndarray]]:
+def _stretches(trial: Trial) -> list[tuple[np.ndarray, np.ndarray]]:
     """(velocity (F, 2), asked (2,)) of each stretch over which the stick asks for one and the same."""
-    edges = np.flatnonzero(np.any(np.diff(playback.desired, axis=0) != 0, axis=1)) + 1
+    edges = np.flatnonzero(np.any(np.diff(trial.desired, axis=0) != 0, axis=1)) + 1
     return [
         (velocity, desired[0])
-        for velocity, desired in zip(np.split(playback.neutral.velocity, edges), np.split(playback.desired, edges))
+        for velocity, desired in zip(np.split(trial.neutral.velocity, edges), np.split(trial.desired, edges))
     ]
 
 
-def _settled(playback: Playback) -> tuple[np.ndarray, np.ndarray]:
+def _settled(trial: Trial) -> tuple[np.ndarray, np.ndarray]:
     """Velocity from SETTLED_SECONDS after the stick has moved, and what it asks for."""
-    velocity, desired = _stretches(playback)[-1]
+    velocity, desired = _stretches(trial)[-1]
     return velocity[round(SETTLED_SECONDS * FPS) :], desired
 
 
-def _facing_time(playback: Playback) -> float:
+def _facing_time(trial: Trial) -> float:
     """Seconds until the facing last asked for is within FACED, and stays there; infinite where it never is."""
-    face = [command.face for command in playback.script]
+    face = [command.face for command in trial.script]
     asked = next(frame for frame in range(len(face) - 1, 0, -1) if face[frame] != face[frame - 1])
-    off = np.abs(rot.wrap_angle(playback.neutral.root.facing[asked:] - rot.yaw_of(np.array(face[-1]))))
+    off = np.abs(rot.wrap_angle(trial.neutral.root.facing[asked:] - rot.yaw_of(np.array(face[-1]))))
     return time_until(off < FACED)

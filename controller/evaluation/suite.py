@@ -1,4 +1,4 @@
-"""What the controller is evaluated on: a fixed suite of sticks, ten minutes of random ones, the ways of real clips."""
+"""What the controller is evaluated on: a fixed suite of sticks, ten minutes of random ones, the paths of real clips."""
 
 import copy
 import math
@@ -10,7 +10,7 @@ import numpy as np
 
 from controller.model.gait_phase import label_gait
 from controller.runtime.controller import PhaseFunctionedController
-from controller.runtime.trajectory import turned
+from controller.runtime.trajectory import rotate_2d
 from sim.body.kinematics import to_local
 from sim.body.pose import Pose
 from sim.body.skeleton import CONTACT_JOINTS
@@ -90,7 +90,7 @@ class Motion:
 
     @cached_property
     def gait(self) -> np.ndarray:
-        """Weights (F, 3) of standing, walking and running, told from the root's velocity for played and real alike."""
+        """Weights (F, 3) of standing, walking and running, by the root's velocity, for played and real alike."""
         return label_gait(self.velocity, self.turn_rate)
 
     @cached_property
@@ -109,7 +109,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Playback:
+class Trial:
     """A script and what came of it: the motion before and after the foot lock, the simulated body's place (F, 2)."""
 
     script: Script
@@ -149,7 +149,7 @@ class Unstyled:
         """Nothing is remembered."""
 
 
-def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[], object] = lambda: None) -> Playback:
+def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[], object] = lambda: None) -> Trial:
     """The script through a new session, from how a new controller stands; that one is left as it is. `tick` is called
     once a frame."""
     session = Session(copy.deepcopy(standing), Unstyled())
@@ -158,7 +158,7 @@ def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[],
         frames.append(session.step(command))
         simulated.append(session.controller.trajectory.simulated)
         tick()
-    return Playback(
+    return Trial(
         script,
         Motion.of_poses([frame.neutral for frame in frames]),
         Motion.of_poses([frame.styled for frame in frames]),
@@ -216,15 +216,15 @@ def random_sticks(seconds: float = RANDOM_SECONDS, seed: int = 1) -> Script:
 
 
 def follow(clip: Motion) -> Script:
-    """The sticks that ask for a real clip's way, root velocity and facing, after LEAD_IN_SECONDS of how it begins."""
-    velocity = turned(clip.velocity, -clip.root.facing[0])
+    """The sticks that ask for a real clip's path, root velocity and facing, after LEAD_IN_SECONDS of how it begins."""
+    velocity = rotate_2d(clip.velocity, -clip.root.facing[0])
     facing = clip.root.facing - clip.root.facing[0]
     commands = [_asking_for(v, (float(np.sin(yaw)), float(np.cos(yaw)))) for v, yaw in zip(velocity, facing)]
     return [commands[0]] * (LEAD_IN_SECONDS * FPS) + commands[: FOLLOW_SECONDS * FPS]
 
 
-def compared(clip: Motion, played: Motion) -> tuple[Motion, Motion]:
-    """A real clip and what was played along its way, both cut to the frames that they share."""
+def compare(clip: Motion, played: Motion) -> tuple[Motion, Motion]:
+    """A real clip and what was played along its path, both cut to the frames that they share."""
     return clip[: FOLLOW_SECONDS * FPS], played[LEAD_IN_SECONDS * FPS :]
 
 

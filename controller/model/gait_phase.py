@@ -7,6 +7,7 @@ from sim.body.skeleton import CONTACT_JOINTS
 from sim.math import rotations as rot
 from sim.math.easing import ramp
 from sim.motion.clip import FPS
+from sim.motion.thresholds import STAND_OR_WALK, WALK_OR_RUN
 
 STEP_LONGEST = 0.9  # seconds between two foot strikes of one walk; a longer pause is a stand in between
 STEP_SHORTEST = 0.15  # seconds; quicker repeats are one strike whose label flickered
@@ -16,8 +17,6 @@ WALK_ACTIVITY = 1.0  # metres a second: mean foot speed of a plain walk
 # metres a second that feet are taken to have at any time, lest a pause has no activity to share out
 LEAST_ACTIVITY = 0.01
 ACTIVITY_SMOOTHING = 0.1  # seconds (Gaussian sigma)
-STAND_SPEED = (0.15, 0.45)  # metres a second of root speed between which standing fades into walking
-RUN_SPEED = (1.9, 2.5)  # metres a second between which walking fades into running
 TURN_RADIUS = 0.25  # metres: turning counts for the gait as the feet's way around the body
 
 
@@ -69,8 +68,8 @@ def label_gait(velocity: np.ndarray, turn_rate: np.ndarray) -> np.ndarray:
     """Gait weights (frames, 3) for stand, walk and run that sum to 1, from root velocity (frames, 2) m/s and turn rate
     rad/s."""
     speed = rot.length(velocity)[..., 0]
-    moving = ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_SPEED)
-    running = moving * ramp(speed, *RUN_SPEED)
+    moving = ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_OR_WALK)
+    running = moving * ramp(speed, *WALK_OR_RUN)
     gait = np.empty((*speed.shape, len(GAITS)))
     gait[..., 0], gait[..., 1], gait[..., 2] = 1 - moving, moving - running, running
     return gait

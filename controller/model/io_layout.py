@@ -1,8 +1,8 @@
 """What goes into the controller's network and what comes out: names, sizes and order, in this one place.
 
 Everything is expressed in the root frame of its own instant. The input at frame t is the trajectory around t and the
-pose at t; the output is the pose at t + 1, the root's way from t to t + 1 (in the frame of t) and what the future looks
-like from t + 1."""
+pose at t; the output is the pose at t + 1, the root's path from t to t + 1 (in the frame of t) and what the future
+looks like from t + 1."""
 
 import math
 

@@ -25,7 +25,7 @@ class PhaseTable:
     def __init__(self, network: PhaseFunctionedNetwork, entries: int = ENTRIES) -> None:
         self.entries = entries
         self.network = network
-        self.coefficients = fitted(entries)
+        self.coefficients = fit_coefficients(entries)
         self.mean, self.deviation, self.output_mean, self.output_deviation = (
             getattr(network, name).numpy() for name in ("input_mean", "input_std", "output_mean", "output_std")
         )
@@ -58,7 +58,7 @@ class PhaseTable:
         return self.network.blended(torch.from_numpy(x), torch.from_numpy(coefficients)).numpy()
 
 
-def fitted(entries: int) -> np.ndarray:
+def fit_coefficients(entries: int) -> np.ndarray:
     """How much each control point counts in each entry, (entries + 1, 4), the first once more at the end as the last's
     neighbour.
 

@@ -18,6 +18,7 @@ from sim.body.pose import Pose
 from sim.command import Command, Commands
 from sim.math import rotations as rot
 from sim.motion.playback_pace import OWN_PACE, Pace
+from sim.torch_setup import set_up_torch
 
 SETTLE_FRAMES = 180  # frames of standing before the first one shown, so that the character starts alive and at ease
 
@@ -27,10 +28,11 @@ class PhaseFunctionedController:
 
     def __init__(self, network: PhaseFunctionedNetwork, fingerprint: str | None = None) -> None:
         """fingerprint: of the weight file, where the network comes from one."""
+        set_up_torch()
         self.fingerprint = fingerprint
         self.network = PhaseTable(network)
         self._leading: tuple[int, ...] = ()  # axes of every array: none for one character
-        # What a restart begins from: the phase; positions and velocities (..., POSE_SIZE) of the last answer; the idle.
+        # What a restart begins from: the phase; positions and velocities (..., POSE_SIZE) of the last output; the idle.
         self._start = np.zeros(()), network.standing.numpy(), Idle(network.idle.numpy().astype(float))
         self.restart()
         for _ in range(SETTLE_FRAMES):
@@ -80,7 +82,7 @@ class PhaseFunctionedController:
         return self.playback.pose()
 
     def _advance(self, command: Command | Commands, pace: Pace) -> Pose:
-        """The pose of the network's next frame: wish, network, then root and phase follow the answer; the whole
+        """The pose of the network's next frame: wish, network, then root and phase follow the output; the whole
         trajectory is moved along by what styled legs carry the root farther than its own step."""
         output = self._evaluate(self.trajectory.samples(command, pace.speed))
         root = self.root_correction.step(output["root"], output["positions"], output["contacts"])
@@ -92,7 +94,7 @@ class PhaseFunctionedController:
         return self._pose(output)
 
     def _evaluate(self, samples: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The network's answer by name, from the trajectory's samples and the body of the last frame."""
+        """The network's output by name, from the trajectory's samples and the body of the last frame."""
         x = np.empty((*self._leading, INPUT_SIZE), np.float32)
         for name, values in samples.items():
             x[..., INPUT_SLICES[name]] = values.reshape(*self._leading, -1)
@@ -105,7 +107,7 @@ class PhaseFunctionedController:
         return output
 
     def _pose(self, output: dict[str, np.ndarray]) -> Pose:
-        """The answer, given in the root frame, with the idle laid on it and placed in the world."""
+        """The output, given in the root frame, with the idle laid on it and placed in the world."""
         rotations, shift = self.idle.step(self.trajectory.standing, rot.from_6d(output["rotations"]))
         root = np.zeros((*self._leading, 3))
         root[..., ::2] = self.trajectory.position

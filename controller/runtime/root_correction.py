@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from controller.runtime.trajectory import turned
+from controller.runtime.trajectory import rotate_2d
 from sim.body.skeleton import CONTACT_JOINTS
 from sim.math.easing import ramp
 from sim.math.springs import decay
 from sim.motion.clip import FPS
+from sim.motion.thresholds import ROOT_CARRIED
 
 SHARE = 0.7  # of the slide that the root takes back; the foot lock sees to the rest
 HALFLIFE = 0.03  # seconds that the slide is smoothed over
-LIFTED, PLANTED = 0.4, 0.8  # contact under which a joint tells nothing of the floor and over which it tells all
 
 
 class RootCorrection:
@@ -25,8 +25,8 @@ class RootCorrection:
         """The root's step (..., 3): sideways, forward, turn; with the slide taken back. positions (..., 21, 3),
         contacts (..., 4)."""
         feet = positions[..., CONTACT_JOINTS, ::2]
-        now = root[..., None, :2] + turned(feet, root[..., 2])  # where they are in the root frame of the last frame
-        held = ramp(contacts, LIFTED, PLANTED)
+        now = root[..., None, :2] + rotate_2d(feet, root[..., 2])  # where they are in the root frame of the last frame
+        held = ramp(contacts, *ROOT_CARRIED)
         moved = now - (now if self.feet is None else self.feet)
         weight = held * (held.max(axis=-1) / np.maximum(held.sum(axis=-1), 1e-9))[..., None]
         self.feet = feet

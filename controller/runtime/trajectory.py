@@ -8,15 +8,15 @@ from sim.command import Command, Commands
 from sim.math import rotations as rot
 from sim.math.easing import ramp
 from sim.math.springs import decay, response, spring_step, spring_travel
-from sim.math.vectors import limited
+from sim.math.vectors import limit_length
 from sim.motion.clip import FPS
+from sim.motion.thresholds import STANDING_STEP
 
 DT = 1 / FPS
 VELOCITY_HALFLIFE, STOP_HALFLIFE = 0.14, 0.12  # seconds, while the stick asks for movement and when it is let go
 FACING_HALFLIFE = 0.16  # seconds
 MAX_LEAD = 0.15  # metres that the simulated body may be ahead of the character
 MAX_FACING_LEAD = np.pi / 2
-CREEP = (0.1, 0.35)  # metres a second of the network's step under which a standing root stays, over which it goes
 STANDING_HALFLIFE = 0.2  # seconds in which a standing character's simulated body gives up half of its lead
 # tau of the blend 1 - (1 - u)^tau, u seconds ahead, from the network's own future to the wish (Holden et al. 2017)
 POSITION_BIAS, FACING_BIAS = 2.0, 3.0
@@ -93,7 +93,7 @@ class Trajectory:
         directions = np.empty((*angles.shape, 2))
         directions[..., 0], directions[..., 1] = np.sin(angles), np.cos(angles)
         return {
-            "trajectory_positions": turned(rows[..., _PLACE] - self.position[..., None, :], -self.facing),
+            "trajectory_positions": rotate_2d(rows[..., _PLACE] - self.position[..., None, :], -self.facing),
             "trajectory_directions": directions,
             "trajectory_gaits": rows[..., _GAIT],
         }
@@ -101,13 +101,13 @@ class Trajectory:
     def follow(self, step: np.ndarray, future_positions: np.ndarray, future_directions: np.ndarray) -> None:
         """Moves the root by the network's step (..., 3), sideways, forward, turn, and keeps what it expects from
         there."""
-        # Where the player and the network's own step both say stand, the root stays: a network never answers quite
+        # Where the player and the network's own step both say stand, the root stays: a network never gives quite
         # zero.
         pace = FPS * np.maximum(np.hypot(step[..., 0], step[..., 1]), np.abs(step[..., 2]) * TURN_RADIUS)
-        step = step * (1 - self.gait[..., 0] * (1 - ramp(pace, *CREEP)))[..., None]
-        self.position = self.position + turned(step[..., None, :2], self.facing)[..., 0, :]
+        step = step * (1 - self.gait[..., 0] * (1 - ramp(pace, *STANDING_STEP)))[..., None]
+        self.position = self.position + rotate_2d(step[..., None, :2], self.facing)[..., 0, :]
         self.facing = self.facing + step[..., 2]
-        self.predicted[..., _PLACE] = self.position[..., None, :] + turned(future_positions, self.facing)
+        self.predicted[..., _PLACE] = self.position[..., None, :] + rotate_2d(future_positions, self.facing)
         self.predicted[..., _FACING] = self.facing[..., None] + rot.yaw_of(future_directions)
         self.past[..., :-1, :] = self.past[..., 1:, :]
         present = self.past[..., -1, :]
@@ -122,7 +122,7 @@ class Trajectory:
             places[..., _PLACE] += shift[..., None, :]
 
     def _move_simulated(self, command: Command | Commands, speed: np.ndarray | float) -> np.ndarray:
-        """Moves the simulated body and tells its future, `desired`; its gaits there (..., 5, 3)."""
+        """Moves the simulated body and predicts its future, `desired`; its gaits there (..., 5, 3)."""
         self._moving[..., 2, :] = np.asarray(speed)[..., None] * command.desired_velocity
         going = self._moving[..., 2, :].any(axis=-1).astype(int)
         step = _STEP_MOVE[going] @ self._moving
@@ -147,12 +147,12 @@ class Trajectory:
     def _limit_lead(self) -> None:
         """The simulated body waits where the character cannot keep up with it, and comes back to it once it stands."""
         kept = 1 - self.standing * (1 - decay(STANDING_HALFLIFE, DT))
-        self.simulated = self.position + limited((self.simulated - self.position) * kept[..., None], MAX_LEAD)
+        self.simulated = self.position + limit_length((self.simulated - self.position) * kept[..., None], MAX_LEAD)
         turn = self._turning[..., 0] - self.facing
         self._turning[..., 0] = self.facing + np.minimum(np.maximum(turn, -MAX_FACING_LEAD), MAX_FACING_LEAD)
 
 
-def turned(vectors: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+def rotate_2d(vectors: np.ndarray, yaw: np.ndarray) -> np.ndarray:
     """Vectors (..., n, 2) over the floor, x and z, turned about the vertical by yaws (...) in radians."""
     sine, cosine = np.sin(yaw), np.cos(yaw)
     return vectors @ np.array([[cosine, sine], [-sine, cosine]]).T  # the transpose brings a crowd's axis to the front

@@ -1,4 +1,4 @@
-"""Hands that do not flip: of all axes that a network answers a hand's are the least certain, where captures disagree
+"""Hands that do not flip: of all axes that a network gives a hand's are the least certain, where captures disagree
 most."""
 
 import math
@@ -8,7 +8,7 @@ import numpy as np
 from sim.body.limb_ik import ARMS
 from sim.body.skeleton import PARENTS
 from sim.math import rotations as rot
-from sim.math.vectors import limited
+from sim.math.vectors import limit_length
 from sim.motion.clip import FPS
 
 HANDS = ARMS[-1]
@@ -31,7 +31,7 @@ class WristLimiter:
             self.turned = wanted
             return rotations
         step = rot.to_rotation_vector(rot.multiply(wanted, rot.inverse(self.turned)))
-        self.turned = rot.multiply(rot.from_rotation_vector(limited(step, _LONGEST)), self.turned)
+        self.turned = rot.multiply(rot.from_rotation_vector(limit_length(step, _LONGEST)), self.turned)
         result = rotations.copy()
         result[..., HANDS, :] = rot.multiply(forearms, self.turned)
         return result

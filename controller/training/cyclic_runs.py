@@ -1,4 +1,4 @@
-"""Steady running out of short captures: single cycles closed to loops, along straight ways and curves.
+"""Steady running out of short captures: single cycles closed to loops, along straight lines and curves.
 
 Captured runs last a second or two, and hardly ever is there a second of the same running before and after a frame: what
 the player asks for most would be what the network has seen least."""
@@ -16,15 +16,15 @@ from sim.motion.contacts import foot_contacts
 CYCLE = (0.4, 1.0)  # seconds: what counts as a cycle of running
 SPEED = 2.0  # metres a second that a cycle has at least
 MISFIT = 0.05  # metres, mean over the joints, that a cycle's end may be away from its start
-STRAIGHT = np.radians(15)  # how far a cycle's way may turn from the facing, and the facing in the cycle
+STRAIGHT = np.radians(15)  # how far a cycle's path may turn from the facing, and the facing in the cycle
 SECONDS = 3.0  # how long a loop is repeated
-TURN_RATES = (0.0, 0.8, -0.8)  # radians a second of the ways that it is laid along
+TURN_RATES = (0.0, 0.8, -0.8)  # radians a second of the paths that it is laid along
 
 
 @dataclass(frozen=True)
 class _Cycle:
     """A cycle of n frames whose end meets its start. In the root frame: hips (n, 3), global rotations (n, 21, 4). The
-    root's way: steps (n, 3), straight ahead on the whole, and swing (n,), how far its facing is off the mean."""
+    root's path: steps (n, 3), straight ahead on the whole, and swing (n,), how far its facing is off the mean."""
 
     hips: np.ndarray
     rotations: np.ndarray
@@ -32,7 +32,7 @@ class _Cycle:
     swing: np.ndarray
 
     def along(self, turn_rate: float) -> tuple[np.ndarray, np.ndarray]:
-        """Over and over for SECONDS along a way that turns by so many radians a second: hips (frames, 3) and local
+        """Over and over for SECONDS along a path that turns by so many radians a second: hips (frames, 3) and local
         rotations (frames, 21, 4) in the world."""
         which = np.arange(round(SECONDS * FPS)) % len(self.hips)
         heading = turn_rate / FPS * np.arange(len(which))
@@ -44,7 +44,7 @@ class _Cycle:
         )
 
 
-def loops(clip: Clip) -> list[Clip]:
+def find_loops(clip: Clip) -> list[Clip]:
     """Clips of SECONDS of steady running from a grounded 60 Hz clip: its best cycle along each of TURN_RATES; none
     where no cycle closes."""
     positions = clip.positions()

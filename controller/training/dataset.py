@@ -12,15 +12,16 @@ import numpy as np
 
 from controller.model.gait_phase import label_gait, label_phase
 from controller.model.io_layout import FUTURE, INPUT_SIZE, INPUT_SLICES, OFFSETS, OUTPUT_SIZE, OUTPUT_SLICES
-from controller.training.cyclic_runs import loops
+from controller.training.cyclic_runs import find_loops
 from controller.training.shared_posture import share_posture
 from sim.body.skeleton import TOES
-from sim.feet.contact_correction import planted, scale_strides
+from sim.feet.contact_correction import plant_feet, scale_strides
 from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.clip import FPS, Clip, RootFrame, root_frame
 from sim.motion.contacts import foot_contacts
-from sim.retarget.retarget import clip_of
+from sim.motion.thresholds import MOVING_FRAME
+from sim.retarget.retarget import to_clip
 
 # Clips that a neutral walker should not learn from: not locomotion, walks in a style of their own, or captures whose
 # feet are broken (CMU 69_35, the ACCAD man's runs: a foot points backward, hips run at knee height). Matched against
@@ -42,7 +43,6 @@ PACES = {
 }
 # How fast, in metres a second, a quicker clip may become.
 FASTEST = {"forward walk": 2.4, "strafing and backing": 1.9, "run": math.inf, "loop": 4.5, "stand": math.inf}
-MOVING = 0.3  # metres a second over which a frame counts as movement
 PLANTED_TOE = (-0.015, 0.06)  # metres: where a planted toe's mean height must lie, or the clip's feet cannot be trusted
 
 
@@ -50,7 +50,7 @@ PLANTED_TOE = (-0.015, 0.06)  # metres: where a planted toe's mean height must l
 class Frames:
     """Frames of all clips end to end; entry t and t + 1 follow each other where `last` is False.
 
-    inputs (N, INPUT_SIZE), targets (N, OUTPUT_SIZE): the frame after, as the network should answer; phase (N,) radians;
+    inputs (N, INPUT_SIZE), targets (N, OUTPUT_SIZE): the frame after, as the network should give; phase (N,) radians;
     weight (N,) how often to draw it; held_out (N,) bool; last (N,) bool: the clip's last usable frame; clip (N,) index
     into `names`, the clips' names."""
 
@@ -142,7 +142,7 @@ def load_neutral(path: Path) -> Clip:
 
 def neutral_clip(motion: bvh.Motion, path: Path) -> Clip:
     """The same of the motion that a file holds."""
-    clip = clip_of(motion, path)
+    clip = to_clip(motion, path)
     if len(clip) < MINIMUM_SECONDS * FPS:
         raise ValueError(f"{path.name}: shorter than {MINIMUM_SECONDS} s")
     if not feet_can_be_trusted(clip):
@@ -165,7 +165,7 @@ def load_clips(folder: Path, workers: int = 2) -> tuple[list[Path], list[Clip]]:
 
 
 def _load(path: Path) -> tuple[Path, Clip, tuple] | str:
-    """One file, its clip and its actor, told by folder and skeleton; or the reason why it cannot be used."""
+    """One file, its clip and its actor, known by folder and skeleton; or the reason why it cannot be used."""
     try:
         motion = bvh.read(path)
         clip = neutral_clip(motion, path)
@@ -177,7 +177,10 @@ def _load(path: Path) -> tuple[Path, Clip, tuple] | str:
 def _frames(clip: Clip) -> list[tuple]:
     """A clip with its feet planted, at all its paces, as itself and mirrored: what `frames_of` says of each."""
     kind = kind_of(clip)
-    sources = [(kind, planted(clip)), *(("loop", planted(loop)) for loop in (loops(clip) if kind == "run" else ()))]
+    sources = [
+        (kind, plant_feet(clip)),
+        *(("loop", plant_feet(loop)) for loop in (find_loops(clip) if kind == "run" else ())),
+    ]
     paced = []
     for kind, source in sources:
         speed = typical_speed(source)
@@ -192,7 +195,7 @@ def _frames(clip: Clip) -> list[tuple]:
 def kind_of(clip: Clip) -> str:
     """The key of PACES that most of the clip's moving frames belong to."""
     velocity, speed = _local_velocity(clip)
-    moving = speed > MOVING
+    moving = speed > MOVING_FRAME
     if moving.mean() < 0.2:
         return "stand"
     if np.median(velocity[moving, 2] / speed[moving]) < 0.7:
@@ -203,7 +206,7 @@ def kind_of(clip: Clip) -> str:
 def typical_speed(clip: Clip) -> float:
     """Median speed in metres a second of the frames that move at all."""
     _, speed = _local_velocity(clip)
-    return float(np.median(speed[speed > MOVING])) if (speed > MOVING).any() else 0.0
+    return float(np.median(speed[speed > MOVING_FRAME])) if (speed > MOVING_FRAME).any() else 0.0
 
 
 def _local_velocity(clip: Clip) -> tuple[np.ndarray, np.ndarray]:

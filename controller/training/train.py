@@ -14,7 +14,7 @@ from controller.model.checkpoint import MODEL, fingerprint, load, save
 from controller.model.io_layout import GAITS, INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.model.network import PhaseFunctionedNetwork
 from controller.training.dataset import Frames, load_folder, neutral_files
-from controller.training.losses import Skeleton, losses_of, root_displacement
+from controller.training.losses import compute_losses, joint_positions, root_displacement
 from sim.body.skeleton import JOINT_COUNT
 from sim.io.atomic_write import atomic_write
 from sim.io.provenance import commit, credit
@@ -91,7 +91,6 @@ class Trainer:
         self.phase = torch.from_numpy(frames.phase)
         learned = ~frames.held_out if not frames.held_out.all() else frames.held_out  # too few clips to hold any out
         self.split = {"train": Starts(frames, learned), "held_out": Starts(frames, frames.held_out)}
-        self.skeleton = Skeleton().to(self.device)
 
     def update(self, progress: float) -> dict[str, float]:
         """One step of the optimiser; progress 0..1 sets rollout length and learning rate. Returns the losses by
@@ -139,10 +138,10 @@ class Trainer:
             y = network(torch.cat([x[:, : POSE.start], pose], dim=1), phase)
             pose = y[:, :POSE_SIZE]
             phase = torch.remainder(phase + y[:, OUTPUT_SLICES["phase"]][:, 0], 2 * math.pi)
-            joints, truth = self.skeleton(y), self.skeleton(target)
+            joints, truth = joint_positions(y), joint_positions(target)
             astray = root_displacement(y, before, joints) - root_displacement(target, truth_before, truth)
             before, truth_before = joints, truth
-            for name, value in losses_of(y, target, network.output_std, joints - truth, astray).items():
+            for name, value in compute_losses(y, target, network.output_std, joints - truth, astray).items():
                 total[name] = total.get(name, 0) + value / length
         return total
 

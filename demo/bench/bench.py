@@ -47,36 +47,36 @@ def measure(characters: int, seconds: float, started: float) -> dict:
     latency = Latency()
     session = assemble.build_session(latency=latency)
     startup_s = time.perf_counter() - started
-    script = dressed(session)
-    with uncounted(latency):
+    script = dress(session)
+    with leave_out(latency):
         play(session, commands_of(script), 1)
         first_frame_s, first_frame_ms = time.perf_counter() - started, latency.last_ms("frame")
-        crowd, commands = together(session, script, characters)
+        crowd, commands = make_crowd(session, script, characters)
         crowd.latency = latency
         play(crowd, commands, WARM_UP)
     rss_mb = peak_memory_mb()  # before anything that a session does not need is loaded
 
-    rivals = {name: rival(CONFIGS[name]) for name in RIVALS}
+    rivals = {name: make_rival(CONFIGS[name]) for name in RIVALS}
     frames = max(PERIOD, round(seconds * FPS))
     turns = min(TURNS, max(1, frames // (4 * PERIOD)))
-    with uncounted(latency):
+    with leave_out(latency):
         products = products_of(lambda: play(crowd, commands, PERIOD))
     probe, pauses = Probe([tuple(shape) for batch, *shape in products for _ in range(batch)]), Pauses()
     rival_times, crowd_times, memory = defaultdict(list), defaultdict(list), [(0, memory_mb())]
     preempted = usage("ru_nivcsw")
     for turn in range(turns):
-        with uncounted(latency):
+        with leave_out(latency):
             play(crowd, commands, PERIOD)  # the caches are as a session leaves them, not as the others did
         with pauses:
             play(crowd, commands, frames * (turn + 1) // turns - frames * turn // turns)
         for name, evaluate in rivals.items():
             for _ in range(RIVALS[name]):
-                rival_times[name].append(timed(evaluate))
+                rival_times[name].append(time_call(evaluate))
         probe.take()
         memory.append((len(latency.seconds["frame"]), memory_mb()))
     preempted = None if preempted is None else usage("ru_nivcsw") - preempted
-    with uncounted(latency):
-        for size, seconds_each in crowds(session, script, {*CROWDS, characters}):
+    with leave_out(latency):
+        for size, seconds_each in time_crowds(session, script, {*CROWDS, characters}):
             crowd_times[size].append(seconds_each)
 
     report = latency.report(startup_s=startup_s, **assemble.machine())
@@ -87,7 +87,7 @@ def measure(characters: int, seconds: float, started: float) -> dict:
     return {
         **report,
         "first_frame_ms": round(first_frame_ms, 3),
-        "stylizer_ms": {name: short(percentiles(values)) for name, values in times.items()},
+        "stylizer_ms": {name: shorten(percentiles(values)) for name, values in times.items()},
         "ratio": ratio | {"one_of_64_over_lone": round(each[64] / each[1], 3)},
         "characters": {str(size): round(ms, 4) for size, ms in each.items()},
         "rss_mb": rss_mb,
@@ -95,13 +95,13 @@ def measure(characters: int, seconds: float, started: float) -> dict:
         "machine_speed": probe.report(),
         "bound": bound(session, products, probe, float(np.median(shipped)), characters),
         "collector": pauses.report(),
-        "steady": steady(latency.seconds["frame"], memory),
+        "steady": compare_halves(latency.seconds["frame"], memory),
         "noise": {"load": load(), "preempted": preempted},
         "timeline": timeline(latency.seconds["frame"]),
     }
 
 
-def dressed(session: Session) -> list[Command]:
+def dress(session: Session) -> list[Command]:
     """The bundled recording with every part restyled in every frame: an unstyled frame asks no network."""
     dress = dict.fromkeys(PART_NAMES, (session.stylizer.styles[0], 1.0))
     return [
@@ -116,7 +116,9 @@ def commands_of(script: list[Command], characters: int | None = None) -> Iterato
         yield Commands(each) if characters else each[0]
 
 
-def together(session: Session, script: list[Command], characters: int) -> tuple[Session, Iterator[Command | Commands]]:
+def make_crowd(
+    session: Session, script: list[Command], characters: int
+) -> tuple[Session, Iterator[Command | Commands]]:
     """A session of so many characters, a lone one's being the session itself, and what they are asked."""
     return (
         (session, commands_of(script))
@@ -132,7 +134,7 @@ def play(session: Session, commands: Iterator[Command | Commands], frames: int) 
 
 
 @contextmanager
-def uncounted(latency: Latency) -> Iterator[None]:
+def leave_out(latency: Latency) -> Iterator[None]:
     """What is timed in the block is forgotten after it."""
     counted = {name: len(seconds) for name, seconds in latency.seconds.items()}
     yield
@@ -140,7 +142,7 @@ def uncounted(latency: Latency) -> Iterator[None]:
         del seconds[counted.get(name, 0) :]
 
 
-def rival(config) -> Callable[[], object]:
+def make_rival(config) -> Callable[[], object]:
     """A network of the paper with weights that nobody trained, which cost the same: restyles a window, its style
     ready."""
     model = MotionPuzzle(config).eval()
@@ -157,9 +159,9 @@ def rival(config) -> Callable[[], object]:
     return evaluate
 
 
-def crowds(session: Session, script: list[Command], sizes: set[int]) -> Iterator[tuple[int, float]]:
+def time_crowds(session: Session, script: list[Command], sizes: set[int]) -> Iterator[tuple[int, float]]:
     """(characters, seconds that one of them took for one frame), each size several times, in turns."""
-    people = {size: together(session, script, size) for size in sorted(sizes)}
+    people = {size: make_crowd(session, script, size) for size in sorted(sizes)}
     for crowd, commands in people.values():
         play(crowd, commands, SETTLE)
     for _ in range(CROWD_TURNS):
@@ -216,7 +218,7 @@ def bound(
     }
 
 
-def steady(seconds, memory: list[tuple[int, float]]) -> dict | None:
+def compare_halves(seconds, memory: list[tuple[int, float]]) -> dict | None:
     """The last minute beside the first, and what memory grew by between them; None for a run of less than two
     minutes."""
     if len(seconds) < 2 * MINUTE:
@@ -245,14 +247,14 @@ def by_period(seconds) -> np.ndarray:
     return np.array(seconds[: len(seconds) // PERIOD * PERIOD]).reshape(-1, PERIOD).mean(axis=1)
 
 
-def timed(action: Callable[[], object]) -> float:
+def time_call(action: Callable[[], object]) -> float:
     """The seconds it takes."""
     start = time.perf_counter()
     action()
     return time.perf_counter() - start
 
 
-def short(values: dict[str, float]) -> dict[str, float]:
+def shorten(values: dict[str, float]) -> dict[str, float]:
     """The percentiles under the names that `stylizer_ms` has them by."""
     return {name: values[f"{name}_ms"] for name in ("p50", "p95", "p99")}
 

@@ -69,7 +69,7 @@ def _controller(args: argparse.Namespace) -> int:
 
     with _bar(args.model, "frame") as progress:
         result = evaluate(args.data, progress)
-    print(table(result.figures), flush=True)
+    print(figures_table(result.figures), flush=True)
     if args.json:
         _write(args.json, {"figures": {name: figure.as_json() for name, figure in result.figures.items()}})
     if args.plots:
@@ -87,10 +87,10 @@ def _stylizer(args: argparse.Namespace) -> int:
         )
     if args.all:
         return _all_stylizers(args)
-    from stylizer.evaluation.report import evaluate
+    from stylizer.evaluation.report import evaluate_transfer
 
     with _bar(args.model, "step") as progress:
-        result = evaluate(args.data, args.weights, progress)
+        result = evaluate_transfer(args.data, args.weights, progress)
     print(transfer_table(result.report), *result.notes, sep="\n", flush=True)
     if args.json:
         _write(args.json, result.report)
@@ -109,15 +109,15 @@ def _live(args: argparse.Namespace) -> int:
             "name a folder that holds Bandai-Namco's and SNU's with --data"
         )
     from demo.assemble import build_session
-    from stylizer.evaluation.live_benchmark import evaluate, table
-    from stylizer.evaluation.report import rounded
+    from stylizer.evaluation.live_benchmark import evaluate_live, format_table
+    from stylizer.evaluation.report import round_figures
 
     session = build_session(args.stylizer)
     with _bar(args.model, "step") as progress:
-        result = evaluate(session, args.data, progress)
-    print(table(result.report), flush=True)
+        result = evaluate_live(session, args.data, progress)
+    print(format_table(result.report), flush=True)
     if args.json:
-        _write(args.json, rounded(result.report))
+        _write(args.json, round_figures(result.report))
     if args.plots:
         from stylizer.evaluation.live_strips import save_strips
 
@@ -131,7 +131,7 @@ def _all_stylizers(args: argparse.Namespace) -> int:
 
     with _bar("all stylizers", "step") as progress:
         result = compare.compare(args.data, args.weights, progress)
-    print(compare.table(result.report), *result.notes, sep="\n", flush=True)
+    print(compare.format_comparison(result.report), *result.notes, sep="\n", flush=True)
     if args.json:
         _write(args.json, result.report)
     return 0
@@ -182,7 +182,7 @@ def _flat(prefix: str, value) -> Iterator[str]:
         yield f"{prefix.strip():<48} {value}"
 
 
-def table(figures) -> str:
+def figures_table(figures) -> str:
     """Name, ours, the real clips', what to reach and whether it is, a figure a line."""
     lines = [COLUMNS.format("figure", "ours", "real", "reach", "")]
     for name, figure in figures.items():

@@ -93,7 +93,7 @@ def _stepped(session, recorded, stream) -> list:
 def _sent(frames, stream) -> list:
     from demo.export import vmc
 
-    return list(vmc.streamed(frames, stream) if stream else frames)
+    return list(vmc.stream(frames, stream) if stream else frames)
 
 
 def _watched(session, recorded, stream) -> list | None:

@@ -1,4 +1,4 @@
-"""`patchwalk styles`: the styles that limbs can wear, and adding the user's own."""
+"""`patchwalk styles`: the styles that there are, and adding the user's own."""
 
 import argparse
 from pathlib import Path
@@ -67,15 +67,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    import torch
-
-    torch.set_num_threads(1)  # one clip is too little work for more
     if args.action == "capture":
         print(capture(args.out))
         return 0
     from stylizer.runtime import catalogue
 
-    bank = catalogue.bank(args.stylizer)
+    bank = catalogue.load_bank(args.stylizer)
     if args.action == "add":
         _add(bank, args)
     elif args.action == "remove":
@@ -92,7 +89,8 @@ def _add(bank, args: argparse.Namespace) -> None:
 
     folder = next((path for path in args.clips if path.is_dir()), None)
     if folder is None:
-        taken = bank.add(args.clips, args.name, joint_names.load(args.map) if args.map else None).taken
+        name_map = joint_names.load(args.map) if args.map else None
+        taken = bank.add(args.name, *args.clips, name_map=name_map).taken
         print(f"added {args.name}", *taken, sep="\n")
         return
     if not bank.system.reads_key_points:
@@ -121,16 +119,12 @@ def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:
     """Captures the own style from the controller whose weights lie in a folder (None: the shipped one), and writes it
     and what depends on it into the folder `out` (None: the package's own styles). A sentence that says what was
     written."""
-    import torch
-
     from controller.model import checkpoint
     from controller.runtime.controller import PhaseFunctionedController
     from stylizer.styles import own_style
     from stylizer.styles.bank import BUNDLED
     from stylizer.training import build_styles
 
-    torch.set_num_threads(1)  # as in a session, whose motion it is to be
-    torch.set_flush_denormal(True)
     out, folder = out or BUNDLED, weights_folder or checkpoint.FOLDER
     if out.exists() and not out.is_dir():
         raise ValueError(f"cannot write styles into {out}: it is not a folder")

@@ -67,10 +67,6 @@ def run(args: argparse.Namespace) -> int:
     check_outputs({"bvh": args.output})
     name_map = joint_names.load(args.map) if args.map else None
 
-    import torch
-
-    torch.set_num_threads(1)
-    torch.set_flush_denormal(True)
     from sim.io import bvh
     from sim.retarget.retarget import load_clip
     from stylizer.runtime import catalogue
@@ -78,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
 
     start = time.perf_counter()
     content = load_clip(args.content, name_map)
-    bank = catalogue.bank(args.stylizer)
+    bank = catalogue.load_bank(args.stylizer)
     styled = stylize(bank.model, content, resolve_styles(bank, style))
     if args.global_motion:
         from stylizer.runtime.global_motion import change_global_motion

@@ -7,7 +7,7 @@ import patchwalk as pw
 
 def main(path: str, name: str) -> None:
     stylizer = pw.load_stylizer()
-    print(*pw.add_style(stylizer, name, path), sep="\n")
+    print(*stylizer.bank.add(name, path).taken, sep="\n")
     session = pw.Session(pw.load_controller(), stylizer)
     for _ in range(60):
         frame = session.step(pw.Command(move=(0, 1), style={"all": name}))

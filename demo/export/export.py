@@ -35,7 +35,7 @@ def write_bvh(path: Path, result: Result) -> None:
 
 
 def write_glb(path: Path, result: Result) -> None:
-    """The styled motion on the figure, in the colours that it wears at the end."""
+    """The styled motion on the figure, in the colours that it has at the end."""
     from demo.export import gltf
     from demo.figure import colours
 

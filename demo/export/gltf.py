@@ -156,7 +156,7 @@ def _colours(skin: Skin, part_colours: np.ndarray) -> np.ndarray:
 def _animation(numbers: _Numbers, clip: Clip) -> dict:
     """One channel for the way of the hips and one for the turns of each joint, a key a frame."""
     times = numbers.add(np.arange(len(clip)) / clip.fps, bounds=True)
-    turns = np.moveaxis(_xyzw(rot.continuous(clip.rotations)), 1, 0)  # (21, frames, 4)
+    turns = np.moveaxis(_xyzw(rot.make_continuous(clip.rotations)), 1, 0)  # (21, frames, 4)
     tracks = [(0, "translation", clip.hips), *((joint, "rotation", turn) for joint, turn in enumerate(turns))]
     return {
         "name": "Patchwalk",

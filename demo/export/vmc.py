@@ -69,7 +69,7 @@ class Sender:
         self._frames += 1
 
 
-def streamed(frames: Iterable[Frame], sender: Sender) -> Iterator[Frame]:
+def stream(frames: Iterable[Frame], sender: Sender) -> Iterator[Frame]:
     """The frames, each sent and handed on when its time has come: 60 a second, if they are made as fast."""
     start = time.perf_counter()
     for number, frame in enumerate(frames):

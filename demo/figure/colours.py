@@ -67,7 +67,7 @@ def spec_colour(spec: PartSpec) -> np.ndarray:
     return first + (other - first) * spec.share
 
 
-def brightened(colours: np.ndarray, glow: Mapping[str, float]) -> np.ndarray:
+def brighten(colours: np.ndarray, glow: Mapping[str, float]) -> np.ndarray:
     """(5, 3) colours with some parts nearer to white: part name -> 0..1."""
     amounts = np.array([glow.get(part, 0.0) for part in PART_NAMES])[:, None]
     return colours + 0.7 * amounts * (1.0 - colours)

@@ -99,10 +99,10 @@ class DropImport:
                 sentence = sentence.replace(str(path), path.name)
             return Refused(_short(sentence))
         except Exception as error:  # whatever a file does to us, the walk goes on
-            return Refused(f"{shown(paths)} cannot be used: {type(error).__name__}, {error}")
+            return Refused(f"{describe_file(paths)} cannot be used: {type(error).__name__}, {error}")
 
 
-def shown(paths: Sequence[Path]) -> str:
+def describe_file(paths: Sequence[Path]) -> str:
     """The files of a drop, as a message names them."""
     names = [path.name for path in paths]
     return " and ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} more files"

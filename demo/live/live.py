@@ -15,7 +15,7 @@ from demo.export.vmc import Sender
 from demo.input.devices import Devices
 from demo.live import actions, capture, overlay
 from demo.live.debug_overlay import DebugOverlay
-from demo.live.drop_import import DropImport, shown
+from demo.live.drop_import import DropImport, describe_file
 from demo.render.inset import Inset
 from demo.render.renderer import Renderer
 from demo.render.view import View
@@ -145,7 +145,7 @@ class Live:
             events = pygame.event.get()
             for paths in self.drop_import.take(events):
                 self.wake()
-                self.say(f"learning {shown(paths)}")
+                self.say(f"learning {describe_file(paths)}")
             for action in self.devices.handle(events):
                 self.do(action)
             now = self.clock()

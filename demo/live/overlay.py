@@ -55,6 +55,6 @@ def _main_panels(live: "Live") -> Iterator[hud.Panel]:
         yield panels.line(live.hints.text, "bottom")
     if not (live.menu.open and live.inset.playing):  # there is no room for all three
         for panel in live.debug_overlay.panels(live.seen, live.choice):
-            yield panels.lifted(panel, INSET_ROOM if live.inset.playing else 0)
+            yield panels.lift(panel, INSET_ROOM if live.inset.playing else 0)
     if live.menu.open:
         yield panels.menu(live.menu, live.presets, lambda action: actions.is_on(live, action))

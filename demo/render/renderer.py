@@ -82,7 +82,7 @@ class Renderer:
         if self._colours is None:
             self._colours = wanted
         self._colours = self._colours + COLOUR_EASE * (wanted - self._colours)
-        figures = [body.figure(frame.styled, colours.brightened(self._colours, view.glow))]
+        figures = [body.figure(frame.styled, colours.brighten(self._colours, view.glow))]
         if view.twin == "beside":
             figures.append(body.figure(frame.neutral, np.tile(colours.TWIN, (len(wanted), 1)), view.twin_shift))
         return figures

@@ -1,4 +1,4 @@
-"""Eight presets of what the whole body wears: kept in one file in the user's folder, with bundled ones to begin
+"""Eight presets of the whole body's styles: kept in one file in the user's folder, with bundled ones to begin
 with."""
 
 import json
@@ -42,7 +42,7 @@ class Presets:
 
 
 def describe(style: StyleSpec) -> str:
-    """A short name for what a body wears, such as `old legs, proud arms`; parts that wear the same go by their
+    """A short name for a body's styles, such as `old legs, proud arms`; parts of one style go by their
     group."""
     if not style:
         return "own style"

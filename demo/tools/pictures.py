@@ -27,7 +27,7 @@ FOLDER = Path(__file__).parents[1] / "pictures"
 STRIP_SIZE = (250, 360)  # pixels of each walker
 STRIP_FRAMES = 204  # of a straight walk; the moment is chosen so that the step is wide
 STRIP_DISTANCE = 2.7  # metres from the camera
-# What each walker of the strip wears: part or group -> style.
+# The styles of each walker of the strip: part or group -> style.
 STRIP = (
     {},
     {"all": "old"},

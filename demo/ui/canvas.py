@@ -88,7 +88,7 @@ def text_width(text: str, size: float = TEXT) -> float:
     return _font(4 * size).size(text)[0] / 4
 
 
-def shortened(text: str, width: float, size: float = TEXT) -> str:
+def shorten(text: str, width: float, size: float = TEXT) -> str:
     """The text, or as much of it as fits in `width` units with an ellipsis."""
     while text and text_width(text, size) > width:
         text = text[:-2].rstrip() + "…" if not text.endswith("…") else text[:-2] + "…"

@@ -77,7 +77,7 @@ def _parts_table(style: StyleSpec, picked: Collection[str]) -> Table:
 
 
 def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
-    """The body to pick a part from, and what that part wears: style, strength, the style blended in."""
+    """The body to pick a part from, and that part's style, strength, the style blended in."""
     colours = tuple(tuple(colour) for colour in part_colours(choice.style).round(3).tolist())
     groups = Buttons(
         tuple(Button("all" if group == "all" else group, f"pick_{group}", choice.picked == group) for group in GROUPS),
@@ -215,7 +215,7 @@ def line(text: str, anchor: str, colour=INK) -> Panel:
     return Panel((Table(tuple((Cell(part, colour),) for part in textwrap.wrap(text, WIDEST))),), anchor)
 
 
-def lifted(panel: Panel, lift: float) -> Panel:
+def lift(panel: Panel, lift: float) -> Panel:
     """The same, farther from its border by some units."""
     return replace(panel, lift=lift)
 

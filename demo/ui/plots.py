@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from demo.figure.colours import oklch
-from demo.ui.canvas import ACCENT, ALERT, BACKGROUND, FAINT, FIELD, INK, SMALL, Box, Canvas, Colour, shortened
+from demo.ui.canvas import ACCENT, ALERT, BACKGROUND, FAINT, FIELD, INK, SMALL, Box, Canvas, Colour, shorten
 from demo.ui.widgets import Untouched
 from sim.latency import BUDGET_MS, Latency
 
@@ -104,4 +104,4 @@ class HeatMap(Untouched):
         for border in range(1, self.columns):
             x = place[0] + place[2] * border / self.columns
             canvas.line([(x, place[1]), (x, place[1] + place[3])], INK, 0.5)
-        canvas.text(shortened(self.below, box[2], SMALL), box[0], box[1] + 82, FAINT, SMALL)
+        canvas.text(shorten(self.below, box[2], SMALL), box[0], box[1] + 82, FAINT, SMALL)

@@ -7,7 +7,7 @@ picture of them is kept until one changes. Nothing here remembers anything: what
 from dataclasses import dataclass
 from typing import Protocol
 
-from demo.ui.canvas import ACCENT, FAINT, FIELD, INK, LIT, SMALL, TEXT, Box, Canvas, Colour, shortened, text_width
+from demo.ui.canvas import ACCENT, FAINT, FIELD, INK, LIT, SMALL, TEXT, Box, Canvas, Colour, shorten, text_width
 
 LINE = 23  # units from line to line
 ROW = 21  # of a list
@@ -105,7 +105,7 @@ class Label(Untouched):
         return 0, self.letters + 5
 
     def paint(self, canvas: Canvas, box: Box) -> None:
-        canvas.text(shortened(self.text, box[2], self.letters), box[0], box[1] + box[3] / 2, self.colour, self.letters)
+        canvas.text(shorten(self.text, box[2], self.letters), box[0], box[1] + box[3] / 2, self.colour, self.letters)
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ class Buttons:
             for number, colour in enumerate(button.swatches):
                 canvas.box((place[0] + 5 + 4 * number, place[1] + 5, 4, place[3] - 10), colour, 0)
             indent = 4 * len(button.swatches) + (4 if button.swatches else 0)
-            text = shortened(button.text, place[2] - 8 - indent, self.letters)
+            text = shorten(button.text, place[2] - 8 - indent, self.letters)
             centre = place[0] + indent + (place[2] - indent) / 2
             canvas.text(text, centre, place[1] + place[3] / 2, ACCENT if button.lit else INK, self.letters, align=0.5)
 
@@ -263,7 +263,7 @@ class Choices:
                 canvas.box(place, LIT)
             if choice.swatch:
                 canvas.disc(left + 11, top + height / 2, SWATCH, choice.swatch)
-            note = shortened(choice.note, width - text_width(choice.text) - 40, SMALL)
+            note = shorten(choice.note, width - text_width(choice.text) - 40, SMALL)
             canvas.text(
                 choice.text,
                 left + (23 if choice.swatch else 7),

@@ -17,10 +17,10 @@ from sim.math.smoothing import smooth_penalised
 from sim.math.vectors import FLOOR, FORWARD, UP
 from sim.motion.clip import Clip, root_frame
 from sim.motion.contacts import foot_contacts
+from sim.motion.thresholds import SWINGING_TOE
 
 FADE_SECONDS = 0.12  # over which a correction grows before a foot lands and is gone after it has lifted
 EDGE_SECONDS = 0.05  # over which a contact's hold sets in: a landing foot is slowed down, not stopped dead
-SWING_SPEEDS = (0.5, 1.0)  # metres a second between which an unplanted toe counts as swinging, more and more
 CLEARANCE = 0.03  # metres that a swinging toe is at least higher than a planted one
 DROP_SECONDS = 0.4  # over which hips sink for a stride that their legs would not reach
 SOFTNESS = 2.0  # of the hold: a landing foot is stopped over about the square root of this many frames
@@ -30,8 +30,8 @@ REACH = 1.0  # share of a leg's length that is used: a captured leg that is stra
 FOOT_LENGTH = float(np.linalg.norm(BONE_OFFSETS[TOES[0]]))
 
 
-def planted(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
-    """The clip with its planted joints held in place; contacts (frames, 4) in 0..1, told from the clip where None.
+def plant_feet(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
+    """The clip with its planted joints held in place; contacts (frames, 4) in 0..1, measured on the clip where None.
 
     Hips and upper body stay as they are. A foot that its leg cannot bring back keeps what is left of its slide."""
     if len(clip) < 4:
@@ -121,7 +121,7 @@ def _level(toe: np.ndarray, hold: np.ndarray, flat: np.ndarray, fps: float) -> n
     """The smooth vertical correction (frames,) of a toe (frames, 3): onto the floor while its foot is flat, not under
     it while it pushes off, and clear of it while it swings, for captured toes may brush the floor at full speed."""
     speed = np.linalg.norm(np.gradient(toe[:, [0, 2]], 1 / fps, axis=0), axis=-1)
-    swing = ramp(speed, *SWING_SPEEDS) * (1 - hold)
+    swing = ramp(speed, *SWINGING_TOE) * (1 - hold)
     missing = TOE_HEIGHT - toe[:, 1]
     weight = hold + swing
     pull = flat * missing + (hold - flat) * np.maximum(missing, 0.0) + swing * np.maximum(missing + CLEARANCE, 0.0)

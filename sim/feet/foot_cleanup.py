@@ -25,7 +25,7 @@ LONGEST_DROP = 0.25  # metres that the hips sink at most to let a foot reach its
 LIMB_REACH = 0.999  # share of a leg's length that raised feet use
 
 
-def feet_in_order(styled: Pose, content: Pose) -> Pose:
+def clean_feet(styled: Pose, content: Pose) -> Pose:
     """The styled poses (fields with a leading axis of frames) with their feet in order; content.contacts say when.
 
     Hips move up and down only; feet keep their attitude, bones their length."""

@@ -11,8 +11,9 @@ from sim.body.skeleton import ANKLE_HEIGHT, CONTACT_JOINTS, TOE_HEIGHT
 from sim.math import rotations as rot
 from sim.math.easing import smooth_step
 from sim.math.springs import decay, spring_step
-from sim.math.vectors import FLOOR, UP, limited
+from sim.math.vectors import FLOOR, UP, limit_length
 from sim.motion.clip import FPS
+from sim.motion.thresholds import FOOT_FLAT, FOOT_LOCKED, STANDING_FEET, SWINGING_FOOT
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
 HEIGHT_HALFLIFE = 0.05  # seconds, for a foot's way to the floor
@@ -21,19 +22,15 @@ DROP_HALFLIFE = 0.03  # seconds, for hips that sink to let a leg reach
 # Metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower; of neutral legs, of
 # styled ones.
 CLEARANCE, STYLED_CLEARANCE = 0.055, 0.05
-SWING_SPEEDS = (0.4, 1.2)  # metres a second over the floor between which a lifted foot counts as swinging
-WAY_HALFLIFE = 0.12  # seconds over which the way that the root goes is told
-STANCE_HALFLIFE = 0.8  # seconds over which a foot's mean place is told
+WAY_HALFLIFE = 0.12  # seconds over which the root's direction is measured
+STANCE_HALFLIFE = 0.8  # seconds over which a foot's mean place is measured
 CARRY_HALFLIFE = 0.6  # seconds over which strides are compared
 CARRY = (0.3, 1.7)  # how much shorter and longer strides may be than the neutral ones
 MODERATE = (0.7, 1.3)  # the same where the speed is to be kept: the controller then makes more of them, or fewer
 STANDING_SWING = 0.05**2  # square metres: feet that swing less are standing
-GOING = (0.1, 0.3)  # metres a second between which standing becomes going
 OFF_FLOOR = (0.01, 0.03)  # metres over where a joint is on a flat foot, between which it has left the floor
 FLAT_HEIGHTS = np.array([ANKLE_HEIGHT, TOE_HEIGHT])
 EVEN = 0.01  # metres by which one foot may be lower than the other and both carry
-LIFTED, PLANTED = 0.2, 0.5  # contact under which a foot is free and over which it is held
-ROLLING, FLAT = 0.5, 0.8  # contact of both its joints under which a planted foot may roll and over which it lies flat
 STANDING_SECONDS = 0.35  # that both feet have been planted before one that is out of place takes a settling step
 OUT_OF_PLACE = 0.06  # metres
 SETTLING_SECONDS, SETTLING_HEIGHT = 0.35, 0.03  # how long a settling step takes, and how high in metres
@@ -98,7 +95,7 @@ class FootLock:
         (..., 2)."""
         error = neutral_low + legs * (TOE_HEIGHT - neutral_low) - feet[..., 1].min(axis=-1) - self.rise[..., None]
         # A foot that pushes off leaves the floor by itself: only one that is flat on it draws the body down.
-        bearing = smooth_step(np.where(error > 0, contacts.max(axis=-1), contacts.min(axis=-1)), LIFTED, PLANTED)
+        bearing = smooth_step(np.where(error > 0, contacts.max(axis=-1), contacts.min(axis=-1)), *FOOT_LOCKED)
         lowest = error.max(axis=-1, keepdims=True)  # of two feet on the floor the one that is lower carries more
         bearing = bearing * np.exp((error - lowest) / EVEN)
         wanted = self.rise + (bearing * error).sum(axis=-1) / np.maximum(bearing.sum(axis=-1), 1.0)
@@ -111,17 +108,17 @@ class FootLock:
         moved = feet - (feet if self.joints is None else self.joints)
         self.joints = feet
         on_ankle = contacts[..., :1] >= contacts[..., 1:]  # which joint carries the weight: ankle or toe
-        planted = smooth_step(contacts.max(axis=-1), LIFTED, PLANTED)
+        planted = smooth_step(contacts.max(axis=-1), *FOOT_LOCKED)
         against = -np.where(on_ankle, moved[..., 0, :], moved[..., 1, :]) * FLOOR
         slip = self.slip.step(against, planted)
 
         low = feet[..., 1].min(axis=-1)
         to_floor = TOE_HEIGHT - low
-        swinging = smooth_step(rot.length(against)[..., 0] / DT, *SWING_SPEEDS)
+        swinging = smooth_step(rot.length(against)[..., 0] / DT, *SWINGING_FOOT)
         clearance = CLEARANCE + legs * (STYLED_CLEARANCE - CLEARANCE)
         as_neutral = np.minimum(np.maximum(neutral_low, TOE_HEIGHT), clearance)
         to_clear = np.maximum(as_neutral, TOE_HEIGHT + swinging * (clearance - TOE_HEIGHT)) - low
-        flat = smooth_step(contacts.min(axis=-1), LIFTED, PLANTED)
+        flat = smooth_step(contacts.min(axis=-1), *FOOT_LOCKED)
         wanted = (
             np.maximum(to_clear, 0.0) * (1 - planted) + np.maximum(to_floor, 0.0) * (planted - flat) + to_floor * flat
         )
@@ -177,7 +174,7 @@ class StrideScale:
         carry = (self._products[..., 0] + STANDING_SWING) / (self._products[..., 1] + STANDING_SWING)
         self.carry = np.where(pace, np.clip(carry, *CARRY), np.clip(carry, *MODERATE))
         self.scale = 1 + carried * (self.carry - 1)
-        going = smooth_step(speed[..., 0], *GOING)
+        going = smooth_step(speed[..., 0], *STANDING_FEET)
         missing = self.scale[..., None] * swing[..., 1] - swing[..., 0]
         return neutral.to_world((going[..., None] * missing)[..., None] * direction[..., None, :])
 
@@ -196,7 +193,7 @@ class _HeldBack:
         firmly = firmly[..., None]
         free, free_rates = spring_step(self.vectors, self.rates, 0.0, RELEASE_HALFLIFE, DT)
         self.rates = free_rates + (against / DT - free_rates) * firmly
-        self.vectors = limited(free + (self.vectors + against - free) * firmly, self.longest)
+        self.vectors = limit_length(free + (self.vectors + against - free) * firmly, self.longest)
         return self.vectors
 
 
@@ -213,7 +210,7 @@ class _Attitude:
         foot = feet[..., 1, :] - feet[..., 0, :]
         against = ((foot if self.foot is None else self.foot) - foot) * FLOOR
         self.foot = foot
-        held = self.turned.step(against, smooth_step(contacts.min(axis=-1), ROLLING, FLAT))
+        held = self.turned.step(against, smooth_step(contacts.min(axis=-1), *FOOT_FLAT))
         turns = rot.between(foot, foot + held)
         feet = feet.copy()
         feet[..., 1, :] = feet[..., 0, :] + rot.rotate(turns, foot)

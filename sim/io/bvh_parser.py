@@ -83,7 +83,7 @@ class _Builder:
         made.channels.append(())
 
     def _offset(self, words: tuple[str, ...]) -> None:
-        offset = numbers(words)
+        offset = parse_numbers(words)
         if self.newest < 0 or offset is None or len(offset) != 3:
             raise ValueError("OFFSET needs three numbers inside a joint")
         (self.made.end_sites if self.in_end_site else self.made.offsets)[self.newest] = offset
@@ -112,9 +112,9 @@ def read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[f
             raise ValueError(f"{path}, line {rows[odd[0]][0]}: {counts[odd[0]]} numbers where each frame has {width}")
         warnings.warn(f"{path}: the last frame is cut short and was left out", stacklevel=3)
         rows, declared = rows[:-1], None
-    values = numbers([line for _, line in rows])
+    values = parse_numbers([line for _, line in rows])
     if values is None or not np.isfinite(values).all():
-        number = next(n for n, line in rows if (v := numbers([line])) is None or not np.isfinite(v).all())
+        number = next(n for n, line in rows if (v := parse_numbers([line])) is None or not np.isfinite(v).all())
         raise ValueError(f"{path}, line {number}: a frame holds something that is not a number")
     values = values.reshape(-1, width)
     if not len(values):
@@ -125,13 +125,13 @@ def read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[f
 
 
 def _headings(path: Path, lines: list[str], start: int) -> tuple[int | None, float, int]:
-    """From the lines below MOTION: the number of frames where it is told, frames a second, and how many lines lie above
-    the first frame."""
+    """From the lines below MOTION: the number of frames where it is given, frames a second, and how many lines lie
+    above the first frame."""
     declared, seconds, first = None, None, start
     for first in range(start, len(lines)):
         key, colon, value = lines[first].partition(":")
         if colon:
-            given = numbers(value.split())
+            given = parse_numbers(value.split())
             if given is None or len(given) != 1:
                 raise ValueError(f"{path}, line {first + 1}: '{key.strip()}:' needs one number")
             if key.strip().lower() == "frames":
@@ -149,7 +149,7 @@ def _headings(path: Path, lines: list[str], start: int) -> tuple[int | None, flo
     return declared, whole if abs(fps - whole) < 2e-4 * fps else fps, first
 
 
-def numbers(words: Sequence[str]) -> np.ndarray | None:
+def parse_numbers(words: Sequence[str]) -> np.ndarray | None:
     """The numbers (n,) in whitespace-separated words or lines, None if anything else is there."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # the parser warns where it stops early

@@ -12,7 +12,7 @@ from sim.motion.clip import FPS
 from sim.session import Frame
 
 
-def arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
+def to_arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
     """The poses file's arrays by name: metres, radians, local quaternions wxyz with signs that run on."""
 
     def stack(values) -> np.ndarray:
@@ -22,8 +22,8 @@ def arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
         "fps": np.array(FPS),
         "neutral_positions": stack(frame.neutral.positions for frame in frames),
         "positions": stack(frame.styled.positions for frame in frames),
-        "neutral_rotations": rot.continuous(stack(frame.neutral.local_rotations for frame in frames)),
-        "rotations": rot.continuous(stack(frame.styled.local_rotations for frame in frames)),
+        "neutral_rotations": rot.make_continuous(stack(frame.neutral.local_rotations for frame in frames)),
+        "rotations": rot.make_continuous(stack(frame.styled.local_rotations for frame in frames)),
         "contacts": stack(frame.styled.contacts for frame in frames),
         "phase": stack(frame.neutral.phase for frame in frames),
         "root_position": stack(frame.neutral.root_position for frame in frames),
@@ -37,4 +37,4 @@ def arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
 def write(path: str | Path, frames: Sequence[Frame]) -> None:
     """Writes the poses file; equal frames give equal bytes. Raises OSError where it cannot be written."""
     with atomic_write(path) as temporary, open(temporary, "wb") as file:  # to a bare name numpy might add its .npz
-        np.savez(file, **arrays(frames))
+        np.savez(file, **to_arrays(frames))

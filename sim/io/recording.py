@@ -10,7 +10,7 @@ from typing import Iterator
 
 from sim.command import Command, check_gait, check_length
 from sim.motion.clip import FPS
-from sim.style_spec import StyleSpec, is_number, shown
+from sim.style_spec import StyleSpec, abbreviate, is_number
 
 HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
 MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
@@ -169,9 +169,9 @@ def _header_of(line: bytes) -> dict:
         raise ValueError(f"this is no recording; one starts with {json.dumps(HEADER)}")
     for name in ("version", "fps"):
         if header.get(name) != HEADER[name]:
-            raise ValueError(f"{name} is {shown(header.get(name))}, but only {HEADER[name]} can be played")
+            raise ValueError(f"{name} is {abbreviate(header.get(name))}, but only {HEADER[name]} can be played")
     if not isinstance(name := header.get("stylizer"), str | None):
-        raise ValueError(f"stylizer is {shown(name)}, but must be a name")
+        raise ValueError(f"stylizer is {abbreviate(name)}, but must be a name")
     return header
 
 
@@ -179,7 +179,7 @@ def _frame_of(entry: dict, after: int) -> int:
     """The frame number of a line; the line before it was at frame `after`."""
     frame = entry.get("frame")
     if type(frame) is not int or not 0 <= frame <= MAX_FRAMES:
-        raise ValueError(f"frame is {shown(frame)}, but must be a whole number from 0 to {MAX_FRAMES}")
+        raise ValueError(f"frame is {abbreviate(frame)}, but must be a whole number from 0 to {MAX_FRAMES}")
     if frame <= after:
         raise ValueError(f"frame {frame} does not come after frame {after}; frames must increase from line to line")
     return frame
@@ -187,12 +187,12 @@ def _frame_of(entry: dict, after: int) -> int:
 
 def _is_end(entry: dict) -> bool:
     if entry.get("end", True) is not True:
-        raise ValueError(f"end is {shown(entry['end'])}, but can only be true")
+        raise ValueError(f"end is {abbreviate(entry['end'])}, but can only be true")
     return "end" in entry
 
 
 def _fields_of(entry: dict, command: Command) -> dict:
-    """The command fields that a line sets, checked, with `style` merged into what `command` already wears."""
+    """The command fields that a line sets, checked, with `style` merged into that of `command`."""
     result = {}
     for name, value in entry.items():
         if name in _READERS:
@@ -200,7 +200,7 @@ def _fields_of(entry: dict, command: Command) -> dict:
         elif name not in ("frame", "end"):
             near = get_close_matches(name, _READERS, 1)
             hint = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(_READERS)}"
-            raise ValueError(f"unknown field {shown(name)}: {hint}")
+            raise ValueError(f"unknown field {abbreviate(name)}: {hint}")
     return result
 
 
@@ -231,7 +231,7 @@ def _read_style(value, command: Command) -> StyleSpec:
 
 def _read_pace(value, _: Command | None = None) -> bool:
     if not isinstance(value, bool):
-        raise ValueError(f"pace is {shown(value)}, but must be true or false")
+        raise ValueError(f"pace is {abbreviate(value)}, but must be true or false")
     return value
 
 
@@ -241,5 +241,5 @@ _READERS = {"move": _read_move, "face": _read_face, "gait": _read_gait, "style":
 def _pair(name: str, value) -> tuple[float, float]:
     """A list of two finite numbers."""
     if not (isinstance(value, list) and len(value) == 2 and all(map(is_number, value))):
-        raise ValueError(f"{name} is {shown(value)}, but must be two numbers [x, z]")
+        raise ValueError(f"{name} is {abbreviate(value)}, but must be two numbers [x, z]")
     return float(value[0]), float(value[1])

@@ -95,14 +95,14 @@ def to_rotation_vector(q: np.ndarray) -> np.ndarray:
 
 
 def nearest_turn(vector: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """Rotation vectors (..., 3), told the other way round the circle where that is nearer to the ones before them: a
+    """Rotation vectors (..., 3), taken the other way round the circle where that is nearer to the ones before them: a
     rotation of about half a circle must not change its direction from one frame to the next."""
     other = vector * (1 - 2 * np.pi / np.maximum(length(vector), 1e-9))
     return np.where(length(other - before) < length(vector - before), other, vector)
 
 
 def unwrap(vectors: np.ndarray) -> np.ndarray:
-    """Rotation vectors (frames, ..., 3), each told the way round the circle that is nearest to the frame before it."""
+    """Rotation vectors (frames, ..., 3), each taken the way round the circle that is nearest to the frame before it."""
     result = vectors.copy()
     for frame in range(1, len(result)):
         result[frame] = nearest_turn(vectors[frame], result[frame - 1])
@@ -208,7 +208,7 @@ def to_euler(order: str, q: np.ndarray) -> np.ndarray:
     return to_scipy(q).as_euler(order.upper(), degrees=True).reshape(*q.shape[:-1], 3)
 
 
-def continuous(q: np.ndarray) -> np.ndarray:
+def make_continuous(q: np.ndarray) -> np.ndarray:
     """The same rotations (frames, ..., 4) with signs chosen so that neighbouring frames lie close."""
     flips = np.sum(q[1:] * q[:-1], axis=-1, keepdims=True) < 0
     signs = np.where(np.cumsum(flips, axis=0) % 2 == 1, -1.0, 1.0)

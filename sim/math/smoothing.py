@@ -1,4 +1,4 @@
-"""The smoothest curve that does what it is told: the linear least squares under every correction of whole clips."""
+"""A smooth curve that meets what it is asked for: the penalised least squares under every correction of whole clips."""
 
 import numpy as np
 from scipy.linalg import solveh_banded

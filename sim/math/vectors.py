@@ -8,6 +8,6 @@ LEFT, UP, FORWARD = np.eye(3)  # the character's, at yaw 0
 FLOOR = LEFT + FORWARD  # a vector times this has lost its height
 
 
-def limited(vectors: np.ndarray, longest: float) -> np.ndarray:
+def limit_length(vectors: np.ndarray, longest: float) -> np.ndarray:
     """Vectors (..., n) no longer than `longest`, their directions kept."""
     return vectors * np.minimum(1.0, longest / np.maximum(rot.length(vectors), 1e-9))

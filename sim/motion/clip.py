@@ -11,10 +11,10 @@ from sim.body.kinematics import forward_kinematics, to_global
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, MIRROR, TOE_HEIGHT
 from sim.math import rotations as rot
 from sim.math.vectors import FLOOR, UP
+from sim.motion.thresholds import STILL_FOOT
 
 FPS = 60
 ROOT_SMOOTHING = 0.15  # seconds (Gaussian sigma): the root follows the way, not the sway of each step
-STILL_SPEED = 0.3  # metres a second under which the lowest joint of the feet counts as standing on the floor
 # Reflection through the YZ plane, of positions and of rotations: left becomes right.
 MIRROR_POSITION, MIRROR_QUATERNION = np.array([-1.0, 1.0, 1.0]), np.array([1.0, 1.0, -1.0, -1.0])
 
@@ -54,7 +54,7 @@ class Clip:
         captured = np.arange(len(self))
         wanted = np.arange(int((len(self) - 1) * fps / self.fps + 1e-6) + 1) * self.fps / fps
         hips = CubicSpline(captured, self.hips)(wanted)
-        rotations = rot.normalize(CubicSpline(captured, rot.continuous(self.rotations))(wanted))
+        rotations = rot.normalize(CubicSpline(captured, rot.make_continuous(self.rotations))(wanted))
         return replace(self, hips=hips, rotations=rotations, fps=fps)
 
     def paced(self, pace: float) -> "Clip":
@@ -99,7 +99,7 @@ def floor_height(positions: np.ndarray, fps: float = FPS) -> float:
     height = feet[frames, lowest, 1]
     if len(feet) > 1:
         speed = np.linalg.norm(np.gradient(feet, 1 / fps, axis=0), axis=-1)[frames, lowest]
-        height = height[speed <= max(STILL_SPEED, np.percentile(speed, 5))]
+        height = height[speed <= max(STILL_FOOT, np.percentile(speed, 5))]
     return float(np.median(height) - TOE_HEIGHT)
 
 

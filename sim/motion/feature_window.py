@@ -24,7 +24,7 @@ class RingBuffer:
         self._features: deque[np.ndarray] = deque(maxlen=SPAN)
 
     def push(self, pose: Pose, pace: Pace = OWN_PACE) -> None:
-        """Adds the newest pose, made at a pace: velocities are told in the controller's own time, as if it had gone at
+        """Adds the newest pose, made at a pace: velocities are in the controller's own time, as if it had gone at
         its own."""
         self._poses.append(pose)
         while len(self._poses) <= STRIDE:

@@ -7,6 +7,7 @@ import numpy as np
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, TOE_HEIGHT
 from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT
+from sim.motion.thresholds import BACK_SPEED, RUN_SPEED, SIDE_SPEED, STAND_SPEED
 
 ANKLES = [INDEX["LeftFoot"], INDEX["RightFoot"]]
 HYSTERESIS = 0.25  # share of the signal's deviation by which it must pass its mean before a crossing counts
@@ -15,7 +16,6 @@ HARMONICS, FEW_HARMONICS = 6, 3  # of the stride, that a motion of SURE_STRIDES 
 SURE_STRIDES = 1.8
 AIRBORNE_HEIGHT = 0.05  # metres over its height on the floor at which the lower foot is surely in the air
 
-STAND_SPEED, BACK_SPEED, SIDE_SPEED, RUN_SPEED = 0.2, 0.2, 0.3, 1.7  # metres a second
 # A run slower than RUN_SPEED is known by the share of time that both feet are in the air, or by its strides a second.
 SLOWEST_RUN, AIRBORNE_SHARE, RUN_CADENCE = 1.3, 0.12, 1.22
 TURN_RATE = 0.5  # radians a second

@@ -37,7 +37,7 @@ MOST_REST_PITCH, MOST_ROLL = np.radians((30.0, 20.0))
 HEAD_LEANS, HEAD_TILT = np.radians((30.0, 30.0))
 
 
-def alignment(body: SourceBody) -> dict[str, np.ndarray]:
+def find_alignment(body: SourceBody) -> dict[str, np.ndarray]:
     """Our joint -> our T-pose axes in the source joint's local frame, quaternions (4,), where the source has it."""
     axes = _rest_axes(body)
     if axes is not None and _rests_as_we_do(body):

@@ -16,7 +16,7 @@ from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
 from sim.retarget import joint_names
-from sim.retarget.axis_alignment import alignment
+from sim.retarget.axis_alignment import find_alignment
 from sim.retarget.source_skeleton import SourceBody
 
 
@@ -25,10 +25,10 @@ def load_clip(path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
 
     name_map: our joint -> theirs (name_maps.load), found from the names when None. Raises OSError, or ValueError in one
     sentence, for a file that cannot be read or mapped."""
-    return clip_of(bvh.read(path), path, name_map)
+    return to_clip(bvh.read(path), path, name_map)
 
 
-def clip_of(motion: bvh.Motion, path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
+def to_clip(motion: bvh.Motion, path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
     """What `load_clip` makes of the motion that a file holds. Raises ValueError, naming the file, if it cannot be
     mapped."""
     try:
@@ -41,7 +41,7 @@ def clip_of(motion: bvh.Motion, path: str | Path, name_map: dict[str, str] | Non
 def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None) -> Clip:
     """The motion on our skeleton, Y up, at its own frame rate. Raises ValueError if the skeleton cannot be mapped."""
     body = SourceBody(motion, joint_names.detect(motion.names) if name_map is None else name_map)
-    constants = alignment(body)
+    constants = find_alignment(body)
     rotations = np.empty((len(motion), JOINT_COUNT, 4))
     for joint, name in enumerate(JOINTS):
         rotations[:, joint] = (
@@ -52,4 +52,4 @@ def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None) -> Clip
 
     # The legs carry the body: what is scaled, by leg length, is the point between the hip joints, so that strides fit.
     hips = body.between_hips() * (LEG_LENGTH / body.leg_length()) - rot.rotate(rotations[:, 0], BETWEEN_HIPS)
-    return Clip(hips, rot.continuous(to_local(rotations)), motion.fps)
+    return Clip(hips, rot.make_continuous(to_local(rotations)), motion.fps)

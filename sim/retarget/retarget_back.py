@@ -30,7 +30,7 @@ def retarget_back(motion: Motion, content: Clip, styled: Clip, name_map: dict[st
     skeleton."""
     body = SourceBody(motion, joint_names.detect(motion.names) if name_map is None else name_map)
     turns = rot.multiply(styled.global_rotations(), rot.inverse(content.global_rotations()))
-    turns = rot.normalize(_at_their_rate(rot.continuous(turns), content.fps, motion))
+    turns = rot.normalize(_at_their_rate(rot.make_continuous(turns), content.fps, motion))
     moved = _at_their_rate(styled.positions() - content.positions(), content.fps, motion)
     shifts = {name: moved[:, joint] * body.leg_length() / LEG_LENGTH for name, joint in INDEX.items()}
 

@@ -15,6 +15,7 @@ from sim.body.skeleton import INDEX, JOINT_COUNT, skeleton_hash
 from sim.io.provenance import CONTROLLER
 from sim.motion.clip import FPS, Clip
 from sim.motion.features import FEATURES, LAYOUT, LAYOUT_VERSION, STRIDE, WINDOW, clip_features
+from sim.motion.thresholds import MOVING_CLIP
 from sim.retarget.retarget import load_clip
 from stylizer.data.style_labels import labels
 
@@ -24,7 +25,6 @@ CONTENT_SPAN = (WINDOW - 1) * STRIDE  # frames between the first and the last sa
 LATER = 7  # frames between a content window and the later one that sees the same instants again; odd
 SHORTEST = CONTENT_SPAN + LATER + 1  # frames; shorter clips hold no window
 UPRIGHT = 0.55  # metres; clips whose hips come lower (crawling, lying) are not what a standing character does
-MOVING = 0.4  # m/s; slower clips are gestures and idling, drawn less often
 STILL_SHARE = 0.5
 HELD_OUT_EVERY = 10  # one clip in ten, by a hash of its name, is never trained on
 
@@ -154,7 +154,7 @@ class MotionData:
             [
                 clip.frames
                 / frames[group] ** (1.0 if alike else 0.5)
-                * (1.0 if clip.speed > MOVING else STILL_SHARE)
+                * (1.0 if clip.speed > MOVING_CLIP else STILL_SHARE)
                 * (group is not None)
                 for group, clip in zip(groups, self.clips)
             ]

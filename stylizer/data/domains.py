@@ -17,7 +17,7 @@ from stylizer.networks.normalization import Scaled
 NEUTRAL = "neutral"  # of motion without a style, the controller's own among it
 NEUTRAL_FOLDERS = (CONTROLLER, "100style-neutral")
 NOISE = 64  # standard normal numbers for each row of a batch
-POSE_WINDOWS = 32  # from which a domain's mean posture is told
+POSE_WINDOWS = 32  # from which a domain's mean pose is measured
 
 
 def label_of(name: str) -> str | None:
@@ -41,7 +41,7 @@ def labels_of(data: MotionData) -> tuple[str, ...]:
 
 
 @dataclass
-class Labelled:
+class DomainBatch:
     """Windows of motion with their domains (B,), and random numbers (B, NOISE) that the losses use in turn.
 
     The windows are arrays (B, T, 21, 15), or, normalized for a network by `as_inputs`, tensors (21, B, T, 15). sibling
@@ -59,10 +59,10 @@ class Labelled:
     noise: np.ndarray | Tensor
 
 
-def as_inputs(batch: Labelled, model: Scaled, device: torch.device) -> Labelled:
+def as_inputs(batch: DomainBatch, model: Scaled, device: torch.device) -> DomainBatch:
     """The batch as tensors, its windows normalized."""
     tensors = {field.name: torch.from_numpy(getattr(batch, field.name)).to(device) for field in fields(batch)}
-    return Labelled(**{name: model.normalize(x) if x.dim() == 4 else x for name, x in tensors.items()})
+    return DomainBatch(**{name: model.normalize(x) if x.dim() == 4 else x for name, x in tensors.items()})
 
 
 class LabelledSampler(Sampler):
@@ -77,13 +77,13 @@ class LabelledSampler(Sampler):
                 self.by_domain[labels.index(label)].append(index)
         self.domains = sorted(self.by_domain)
 
-    def batch(self, size: int) -> Labelled:
+    def batch(self, size: int) -> DomainBatch:
         """Random windows, half of them mirrored."""
         domains = self.random.choice(self.domains, (2, size))
         rows = zip(*(self._row(source, target) for source, target in domains.T))
         windows = [np.stack(column).astype(np.float32) for column in rows]
         noise = self.random.standard_normal((size, NOISE)).astype(np.float32)
-        return Labelled(*windows, *domains.astype(np.int64), noise)
+        return DomainBatch(*windows, *domains.astype(np.int64), noise)
 
     def of_domain(self, domain: int, size: int) -> np.ndarray:
         """(size, T, 21, 15) random windows of one domain."""

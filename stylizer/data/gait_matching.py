@@ -1,9 +1,10 @@
-"""Which instant of one clip does what an instant of another does: the same step of the gait, told by the feet."""
+"""Which instant of one clip does what an instant of another does: the same step of the gait, found by the feet."""
 
 import numpy as np
 
 from sim.body.skeleton import INDEX
 from sim.motion.features import LAYOUT, STRIDE
+from sim.motion.thresholds import STANDING_MATCH
 
 ANKLES = [INDEX["LeftFoot"], INDEX["RightFoot"]]
 OTHER_FOOT = [2, 3, 0, 1]  # columns of a gait signal with left and right exchanged
@@ -13,7 +14,6 @@ PACES = (0.7, 0.84, 1.0, 1.2, 1.4)  # a style clip may step this much quicker or
 SMALLEST_STEP = 0.04  # metres: feet that move less are standing, and their noise is not blown up
 TOLERANCE = 0.6  # squared difference of gait signals (0 the same, 2 unrelated) at which a match counts 1 / e
 SPEED_TOLERANCE = 0.7  # m/s, likewise for speeds over the floor
-STANDING, WALKING = 0.2, 0.5  # m/s under which nothing steps, over which everything does
 
 
 def gait_signal(features: np.ndarray) -> np.ndarray:
@@ -44,5 +44,7 @@ def best_match(content: np.ndarray, style: np.ndarray) -> tuple[int, float, floa
 
 def closeness(apart: float, content_speed: float, style_speed: float) -> float:
     """How much a match is worth, 0..1: same step, like speeds, both on the move."""
-    steps = np.clip((min(content_speed, style_speed) - STANDING) / (WALKING - STANDING), 0, 1)
+    steps = np.clip(
+        (min(content_speed, style_speed) - STANDING_MATCH[0]) / (STANDING_MATCH[1] - STANDING_MATCH[0]), 0, 1
+    )
     return float(steps * np.exp(-apart / TOLERANCE - ((content_speed - style_speed) / SPEED_TOLERANCE) ** 2))

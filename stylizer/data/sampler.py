@@ -7,7 +7,8 @@ import numpy as np
 
 from sim.body.skeleton import JOINT_COUNT, MIRROR
 from sim.motion.features import FEATURES, LAYOUT, STRIDE, WINDOW
-from stylizer.data.dataset import CLIP_WINDOW, CONTENT_SPAN, LATER, MOVING, STYLE_WINDOW, MotionData, PackedClip
+from sim.motion.thresholds import MOVING_CLIP
+from stylizer.data.dataset import CLIP_WINDOW, CONTENT_SPAN, LATER, STYLE_WINDOW, MotionData, PackedClip
 from stylizer.data.gait_matching import LAGS, OTHER_FOOT, best_match, closeness, gait_signal
 
 CROPPING = 0.2  # share of the source windows that are played slower or faster (temporal random cropping, Sec. 3.1)
@@ -15,14 +16,16 @@ PACES = (0.6, 1.6)  # between which they are
 ELSEWHERE = 0.5  # share of the sources whose own style is read from another place of their clip
 # of those, share that is read from another clip of the same manner, as the controller's own style is
 ELSEWHERE_STILL = 0.5
-SAME_VELOCITY = 0.15  # m/s and rad/s, added up: clips whose mean ways differ by no more are takes of one action
+SAME_VELOCITY = (
+    0.15  # m/s and rad/s, added up: clips whose mean root velocities differ by no more are takes of one action
+)
 LIKE_SPEEDS = 0.5  # share of the targets that move about as fast as their source; the others teach by their exemplars
 
 # Mirroring in features: the x of every vector flips, and so does the turn rate.
 MIRROR_SIGNS = np.where(np.isin(np.arange(FEATURES), (0, 3, 6, 9, 12, 14)), -1.0, 1.0).astype(np.float32)
 
 
-def mirrored(features: np.ndarray) -> np.ndarray:
+def mirror(features: np.ndarray) -> np.ndarray:
     """Features (..., 21, 15) of the motion with left and right exchanged."""
     return features[..., MIRROR, :] * MIRROR_SIGNS
 
@@ -33,8 +36,8 @@ class Batch:
 
     source ends with the content window; later is that window LATER frames on; own is the source's own style, seen in
     the source itself, elsewhere in its clip or in another clip of its manner; target is the style to take; exemplar is
-    the same style on the source's way (see `Sampler.exemplar`); match is where the exemplar's clip does what the
-    content window does, match_later what later does; closeness says how much these are worth."""
+    the same style at the source's root velocity (see `Sampler.exemplar`); match is where the exemplar's clip does what
+    the content window does, match_later what later does; closeness says how much these are worth."""
 
     source: np.ndarray  # (B, STYLE_WINDOW, ...)
     own: np.ndarray  # (B, CLIP_WINDOW, ...)
@@ -102,10 +105,10 @@ class Sampler:
         return self._window(source, end, CLIP_WINDOW, pace, flip)
 
     def exemplar(self, target: PackedClip, root_velocity: np.ndarray) -> PackedClip:
-        """A clip of the target's style whose mean way over the floor (see `_root_velocity`) is about `root_velocity`:
+        """A clip of the target's style whose mean root velocity (see `_root_velocity`) is about `root_velocity`:
         how one who runs, backs or turns looks in a style that the network is shown walking. The target itself where no
         label tells the style, and for one who stands: labelled clips that stay in place are gestures."""
-        if target.performer_style is None or np.hypot(*root_velocity[:2]) < MOVING:
+        if target.performer_style is None or np.hypot(*root_velocity[:2]) < MOVING_CLIP:
             return target
         clips = self.alike[target.performer_style]
         apart = {clip.name: np.abs(self._root_velocity(clip) - root_velocity).sum() for clip in clips}
@@ -143,10 +146,10 @@ class Sampler:
         before, after = (self.data.motion[clip.start + whole + i].astype(np.float32) for i in (0, 1))
         window = before + (after - before) * between
         window[..., LAYOUT["velocity"].start :] *= pace
-        return mirrored(window) if flip else window
+        return mirror(window) if flip else window
 
 
-def statistics(sampler: Sampler, batches: int = 64) -> tuple[np.ndarray, np.ndarray]:
+def measure_statistics(sampler: Sampler, batches: int = 64) -> tuple[np.ndarray, np.ndarray]:
     """Mean and deviation (21, 15) of what the sampler draws.
 
     Deviations are shared by the axes of a quantity and kept off zero: a joint that hardly moves counts little."""

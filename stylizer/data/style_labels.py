@@ -1,8 +1,8 @@
 """The labelled motion that transfer is judged on: locomotion of Bandai-Namco and SNU by content and style, in two fixed
 halves.
 
-`classify` teaches the judges (stylizer.evaluation.classifier), `generate` holds the sources and the styles to judge
-(Sec. 7.2.2)."""
+`classify` teaches the classifiers (stylizer.evaluation.classifier), `generate` holds the sources and the styles to
+evaluate (Sec. 7.2.2)."""
 
 import re
 import zlib
@@ -31,7 +31,7 @@ NAMES = tuple(
 )
 CONTENTS = ("walk", "run", "dash", "walk-back", "walk-left", "walk-right", "walk-turn-left", "walk-turn-right")
 MOST_TAKES = 4  # of one content in one style and half; set 2 has up to 50
-SHORTEST = 64  # frames: a take shorter than a window of the judges (SAMPLES at 30 Hz)
+SHORTEST = 64  # frames: a take shorter than a window of the classifiers (SAMPLES at 30 Hz)
 SAMPLES = 32
 CUT_FROM = 2 * SHORTEST + 8  # frames: where a label has one take, it is cut in two if it is so long
 
@@ -52,14 +52,14 @@ class Take:
 
 
 @dataclass
-class Labelled:
+class LabelledTakes:
     """The two halves."""
 
     classify: list[Take]
     generate: list[Take]
 
 
-def load(data_dir: Path, tick: Callable[[], object] = lambda: None) -> Labelled:
+def load(data_dir: Path, tick: Callable[[], object] = lambda: None) -> LabelledTakes:
     """Reads both halves from the labelled files anywhere under data_dir; calls tick once a file.
 
     Of each content in each style, takes go to the two halves in turn, in an order that their names' hash decides; a
@@ -69,7 +69,7 @@ def load(data_dir: Path, tick: Callable[[], object] = lambda: None) -> Labelled:
         raise ValueError(
             f"{data_dir} holds no labelled motion (dataset-1_walk_old_001.bvh ...): unpack bandai-namco there"
         )
-    result = Labelled([], [])
+    result = LabelledTakes([], [])
     for (content, style), files in groups.items():
         takes = []
         for path in files[: 2 * MOST_TAKES]:
@@ -111,7 +111,7 @@ def windows(features: np.ndarray, starts: Iterable[int]) -> np.ndarray:
     return features[np.asarray(list(starts))[:, None] + STRIDE * np.arange(SAMPLES)]
 
 
-def draw(random: np.random.Generator, takes: Sequence[Take], label: str) -> list[int]:
+def draw_balanced(random: np.random.Generator, takes: Sequence[Take], label: str) -> list[int]:
     """Indices of takes, one for each value of `label` ("content" or "style"), in turn and at random within."""
     values = sorted({getattr(take, label) for take in takes})
     return [

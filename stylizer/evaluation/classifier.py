@@ -1,7 +1,7 @@
-"""The judges: spatial-temporal graph convolutional networks (Yan et al. 2018) that name a motion's content or its
-style.
+"""The evaluation classifiers: spatial-temporal graph convolutional networks (Yan et al. 2018) that name a motion's
+content or its style.
 
-They see where the joints are and how they move about the hips, but not the way over the floor, which a restyled motion
+They see where the joints are and how they move about the hips, but not the root motion, which a restyled motion
 keeps in any case and which would give the content away."""
 
 import hashlib
@@ -17,7 +17,7 @@ from torch.nn import functional as F
 from sim.body.skeleton import PART_NAMES, PART_OF_JOINT
 from sim.io import tensor_file
 from sim.motion.features import LAYOUT, STRIDE
-from stylizer.data.style_labels import SAMPLES, Take, draw
+from stylizer.data.style_labels import SAMPLES, Take, draw_balanced
 from stylizer.networks.graph import LEVELS
 from stylizer.networks.layers import Pool, STConv
 from stylizer.systems import checkpoint
@@ -28,7 +28,8 @@ TAPS = (9, 5, 3)  # samples that a temporal convolution sees there
 STEPS, BATCH = 600, 48
 LEARNING_RATE = 3e-3
 DROPOUT = 0.3
-# What a judge must not lean on, so training varies it: millimetres, the cadence (it is the content's), one part alone.
+# What a classifier must not lean on, so training varies it: millimetres, the cadence (it is the content's), one part
+# alone.
 NOISE = 0.25  # of the normalized input
 PACES = (0.8, 1.25)
 HIDDEN = 0.3  # probability that a body part is hidden
@@ -96,7 +97,7 @@ def load_classifier(
 def train_once(
     model: nn.Module, path: Path, train: Callable[[], object], steps: int, tick: Callable[[], object]
 ) -> nn.Module:
-    """The model with the weights of a file, or trained, which takes `steps` steps, and kept there; ready to judge.
+    """The model with the weights of a file, or trained, which takes `steps` steps, and kept there; ready to run.
     Calls tick once a step either way, `train` doing so itself."""
     if path.exists():
         model.load_state_dict(checkpoint.read(path)[1])
@@ -135,7 +136,7 @@ def _batch(
 ) -> tuple[Tensor, Tensor]:
     chosen: list[int] = []
     while len(chosen) < BATCH:
-        chosen += draw(random, takes, kind)
+        chosen += draw_balanced(random, takes, kind)
     chosen = random.permutation(chosen)[:BATCH]
     motion = [_paced(random, takes[i].features) for i in chosen]
     return (
@@ -154,7 +155,7 @@ def _paced(random: np.random.Generator, features: np.ndarray) -> np.ndarray:
 
 
 def _fingerprint(model: Classifier, kind: str, takes: Sequence[Take], seed: int) -> str:
-    """What a trained judge depends on, so that a kept one is never used for something else."""
+    """What a trained classifier depends on, so that a kept one is never used for something else."""
     described = [
         kind,
         seed,

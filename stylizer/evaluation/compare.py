@@ -1,5 +1,5 @@
-"""One table of all style-transfer systems (`patchwalk evaluate stylizer --all`): the same pairs, the same judges, one
-thread."""
+"""One table of all style-transfer systems (`patchwalk evaluate stylizer --all`): the same pairs, the same classifiers,
+one thread."""
 
 import time
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from sim.motion.features import clip_features
 from stylizer.data import style_labels
 from stylizer.data.style_labels import SHORTEST, Take, windows
 from stylizer.evaluation.classifier import STEPS
-from stylizer.evaluation.report import Progress, load_data_and_classifiers, rounded, weights_found
+from stylizer.evaluation.report import Progress, find_weights, load_data_and_classifiers, round_figures
 from stylizer.evaluation.transfer_benchmark import (
     JUDGED,
     SEGMENT,
     TRIALS,
     Classifiers,
     Transfer,
+    measure_milliseconds,
     measure_real,
-    milliseconds,
-    row,
+    measure_transfer,
 )
 from stylizer.networks.normalization import Scaled
 from stylizer.runtime.offline import ResolvedStyle, evaluate
@@ -77,7 +77,7 @@ def compare(data_dir: Path, folder: Path | None = None, progress: Progress | Non
     """Judges every system whose weights are in the package or in `folder`.
 
     Raises ValueError where `data_dir` holds no labelled motion or weights are broken."""
-    found = weights_found((name for name, _, _ in ALL), folder)
+    found = find_weights((name for name, _, _ in ALL), folder)
     models = {name: checkpoint.load(name, where)[0] for name, where in found.items()}
     entries = [
         entry
@@ -87,14 +87,17 @@ def compare(data_dir: Path, folder: Path | None = None, progress: Progress | Non
     files = sum(map(len, style_labels.labelled_files(data_dir).values()))
     tick = progress(files + 2 * STEPS + TRIALS * sum(size for *_, size in entries)) if progress else lambda: None
     data, classifiers = load_data_and_classifiers(data_dir, tick)
-    rows = [measured(models[name], name, mode, size, data.generate, classifiers, tick) for name, mode, size in entries]
+    rows = [
+        measure_network(models[name], name, mode, size, data.generate, classifiers, tick)
+        for name, mode, size in entries
+    ]
     real = {name: with_interval(figure) for name, figure in measure_real(data.generate, classifiers, REAL_SIZE).items()}
     missing = [name for name in dict.fromkeys(name for name, _, _ in ALL) if name not in models]
     notes = [f"no weights for {name}: its rows are left out" for name in missing]
-    return Comparison(rounded({"real": real, "rows": rows}), notes)
+    return Comparison(round_figures({"real": real, "rows": rows}), notes)
 
 
-def measured(
+def measure_network(
     model: Scaled,
     name: str,
     mode: str,
@@ -105,7 +108,9 @@ def measured(
 ) -> dict:
     """One row."""
     transfer = Sampled(model) if mode == "sampled" else Transfer(model, mode)
-    figures = row(transfer, takes, classifiers, size, tick, transfer.targets(takes) if mode == "sampled" else None)
+    figures = measure_transfer(
+        transfer, takes, classifiers, size, tick, transfer.targets(takes) if mode == "sampled" else None
+    )
     if mode == "sampled" and not transfer.by_label:
         figures |= {"sra": None, "drawn_sra": None}  # nobody asked for a style
     return {
@@ -114,7 +119,7 @@ def measured(
         **{key: with_interval(figure) for key, figure in figures.items()},
         "diversity": with_interval(diversity(transfer, takes, classifiers)) if mode == "sampled" else None,
         "parameters": [model.parameter_count(), 0, 0],
-        "ms_per_frame": [*milliseconds(transfer), 0.0],
+        "ms_per_frame": [*measure_milliseconds(transfer), 0.0],
         "clip_ms": with_interval(clip_milliseconds(model)),
     }
 
@@ -126,7 +131,7 @@ def with_interval(figure: list[float] | None) -> list[float] | None:
 
 def diversity(transfer: Sampled, takes: Sequence[Take], classifiers: Classifiers) -> list[float]:
     """How far results of one motion in styles drawn of one label are apart (Lee et al. 2019): the mean distance of what
-    the style judge sees in them, as [mean, deviation] over the motions."""
+    the style classifier sees in them, as [mean, deviation] over the motions."""
     random = np.random.default_rng(0)
     sources, targets = [take for take in takes if len(take.clip) >= SEGMENT], transfer.targets(takes)
     distances = []
@@ -160,7 +165,7 @@ def clip_milliseconds(model: Scaled) -> list[float]:
     return [float(np.median(times[1:])), float(np.std(times[1:]))]
 
 
-def table(report: dict) -> str:
+def format_comparison(report: dict) -> str:
     """The rows, mean and half of the 95% interval."""
     names = (*JUDGED, "geodesic", "diversity", "skate_cm_s", "jitter_ratio")
     columns = "{:<18} {:<8}" + " {:>15}" * len(names) + " {:>11} {:>9} {:>9}"

@@ -16,7 +16,7 @@ from stylizer.evaluation import metrics as measures
 from stylizer.evaluation.playback import Styles, play_live
 from stylizer.evaluation.transfer_benchmark import CENTI
 from stylizer.runtime.live import OWN
-from stylizer.runtime.offline import ResolvedStyle, clip_style, stylize
+from stylizer.runtime.offline import ResolvedStyle, encode_clip, stylize
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
 LONGEST = 240  # frames of a clip that are played
@@ -36,7 +36,7 @@ class Further:
         walks = [take for take in takes if take.content == "walk" and len(take.clip) > 2 * SETTLED]
         self.neutral = {take.style: take for take in walks if take.style.startswith(NEUTRAL)}  # by performer
         self.styled = list({take.style: take for take in walks if not take.style.startswith(NEUTRAL)}.values())
-        self.style = cache(lambda take: clip_style(model, take.features))
+        self.style = cache(lambda take: encode_clip(model, take.features))
         if not (self.neutral and self.styled):
             raise ValueError(
                 f"the labelled motion holds no walk that is '{NEUTRAL}', or none that is not: give all of it"
@@ -71,7 +71,7 @@ class Further:
 
     def locality(self) -> dict:
         """Mode -> restyled part -> part -> mean over its joints of the displacement relative to the hips, over the
-        height (Table 1), for the style whose posture in the restyled part is the farthest from the neutral one."""
+        height (Table 1), for the style whose mean pose in the restyled part is the farthest from the neutral one."""
         result: dict = {"offline": {}, "live": {}}
         for index, part in enumerate(PART_NAMES):
             target = max(self.styled, key=lambda take, index=index: self._distance(take)[index])
@@ -84,12 +84,12 @@ class Further:
                 ],
             }
             for mode, (output, unstyled) in pairs.items():
-                moved = measures.displacement(output.positions()[SETTLED:], unstyled.positions()[SETTLED:])
+                moved = measures.joint_displacement(output.positions()[SETTLED:], unstyled.positions()[SETTLED:])
                 result[mode][part] = {"style": target.style, **measures.by_part(moved)}
         return result
 
     def _distance(self, target: Take) -> np.ndarray:
-        """(5,) how far the posture of each part is from the neutral one."""
+        """(5,) how far the mean pose of each part is from the neutral one."""
         neutral, styled = (measures.mean_pose(take.features) for take in (self._neutral_like(target), target))
         return measures.part_distances(neutral, neutral, styled)[measures.GAP]
 

@@ -1,8 +1,8 @@
-"""Contents in styles that the judges have never seen together, and how real motion fares there.
+"""Contents in styles that the classifiers have never seen together, and how real motion fares there.
 
 No performer did everything: of the pairs of a source and a style that the table of transfer is made of, nearly half are
-combinations that no labelled clip shows (who walks for SNU never runs; set 1 never turns on the spot). What judges say
-of those is to be read beside what they say of real motion whose combination was kept from them."""
+combinations that no labelled clip shows (who walks for SNU never runs; set 1 never turns on the spot). What classifiers
+say of those is to be read beside what they say of real motion whose combination was kept from them."""
 
 from collections import defaultdict
 from pathlib import Path
@@ -10,22 +10,22 @@ from typing import Callable, Iterable, Sequence
 
 import numpy as np
 
-from stylizer.data.style_labels import SHORTEST, Labelled, Take, windows
+from stylizer.data.style_labels import SHORTEST, LabelledTakes, Take, windows
 from stylizer.evaluation.classifier import load_classifier
 
-FOLDS = 4  # each keeps about a fourth of every style's contents from its judges
+FOLDS = 4  # each keeps about a fourth of every style's contents from its classifiers
 WINDOWS_A_CLIP = 5  # windows of a take that are judged, evenly spread
 
 Pair = tuple[str, str]  # content, style
 
 
-def held_out_pairs(takes: Sequence[Take]) -> set[Pair]:
+def shown_pairs(takes: Sequence[Take]) -> set[Pair]:
     """Those that some of the takes show."""
     return {(take.content, take.style) for take in takes}
 
 
-def folds(known: Iterable[Pair]) -> list[set[Pair]]:
-    """What to keep from judges: the contents of every style that was captured doing several things, shared out in
+def split_folds(known: Iterable[Pair]) -> list[set[Pair]]:
+    """What to keep from classifiers: the contents of every style that was captured doing several things, shared out in
     turn."""
     contents = defaultdict(list)
     for content, style in sorted(known):
@@ -38,11 +38,11 @@ def folds(known: Iterable[Pair]) -> list[set[Pair]]:
     return [fold for fold in shared if fold]
 
 
-def real_where_unknown(
-    data: Labelled, kept: Sequence[set[Pair]], folder: Path, tick: Callable[[], object]
+def measure_real_unknown(
+    data: LabelledTakes, kept: Sequence[set[Pair]], folder: Path, tick: Callable[[], object]
 ) -> dict[str, float | None]:
-    """SRA and CRA of real takes by judges that never saw their content in their style, for each of `kept` (see
-    `folds`); judges are kept in `folder`. Calls tick 2 STEPS times for each."""
+    """SRA and CRA of real takes by classifiers that never saw their content in their style, for each of `kept` (see
+    `split_folds`); classifiers are kept in `folder`. Calls tick 2 STEPS times for each."""
     hits: dict[str, list[float]] = {"style": [], "content": []}
     for fold in kept:
         learned = [take for take in data.classify if (take.content, take.style) not in fold]

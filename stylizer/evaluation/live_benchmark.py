@@ -24,9 +24,10 @@ from sim.session import Session
 from stylizer.data import style_labels
 from stylizer.data.domains import label_of
 from stylizer.data.style_labels import labelled_files
-from stylizer.evaluation.motion_classifiers import KINDS, STEPS, TOP, Panel, panels
+from stylizer.evaluation.metrics import motion_amplitude
+from stylizer.evaluation.motion_classifiers import KINDS, STEPS, TOP, Panel, load_panels
 from stylizer.styles import bundled_styles
-from stylizer.styles.own_style import curving, going
+from stylizer.styles.own_style import turn_command, walk_command
 from stylizer.styles.stride_residual import stride_locked_part
 
 SETTLE_SECONDS, SECONDS = 3, 6  # of each movement: before it counts, and that is measured
@@ -39,27 +40,27 @@ GROUP_JOINTS = {
 }
 
 
-def after(approach: Callable[[int], Command], script: Callable[[int], Command], frame: int) -> Command:
+def come_from(approach: Callable[[int], Command], script: Callable[[int], Command], frame: int) -> Command:
     """One movement for APPROACH_SECONDS, then the other."""
     return approach(frame) if frame < APPROACH_SECONDS * FPS else script(frame)
 
 
-RUN, BACK = partial(going, 3.0, "run", (0.0, 1.0)), partial(going, 1.0, "walk", (0.0, -1.0))
+RUN, BACK = partial(walk_command, 3.0, "run", (0.0, 1.0)), partial(walk_command, 1.0, "walk", (0.0, -1.0))
 MOVEMENTS: dict[str, Callable[[int], Command]] = {
-    **{f"walk_{speed}": partial(going, speed, "walk", (0.0, 1.0)) for speed in (0.65, 0.85, 1.0, 1.15, 1.3)},
-    **{f"run_{speed}": partial(going, speed, "run", (0.0, 1.0)) for speed in (2.5, 3.0, 3.5)},
+    **{f"walk_{speed}": partial(walk_command, speed, "walk", (0.0, 1.0)) for speed in (0.65, 0.85, 1.0, 1.15, 1.3)},
+    **{f"run_{speed}": partial(walk_command, speed, "run", (0.0, 1.0)) for speed in (2.5, 3.0, 3.5)},
     "back": BACK,
-    "strafe": partial(going, 1.0, "walk", (1.0, 0.0)),
-    **{f"{gait}_pace": partial(going, GAIT_SPEEDS[gait], gait, (0.0, 1.0)) for gait in GAIT_SPEEDS},
-    "turn": partial(curving, 1.0, 0.8),
+    "strafe": partial(walk_command, 1.0, "walk", (1.0, 0.0)),
+    **{f"{gait}_pace": partial(walk_command, GAIT_SPEEDS[gait], gait, (0.0, 1.0)) for gait in GAIT_SPEEDS},
+    "turn": partial(turn_command, 1.0, 0.8),
     "stand": lambda _: Command(),
     # A controller may move as it did before: what is drawn must not depend on it.
     **{
-        f"walk_{speed}_after_run": partial(after, RUN, partial(going, speed, "walk", (0.0, 1.0)))
+        f"walk_{speed}_after_run": partial(come_from, RUN, partial(walk_command, speed, "walk", (0.0, 1.0)))
         for speed in (0.65, 1.0, 1.3)
     },
-    "walk_1.3_after_back": partial(after, BACK, partial(going, 1.3, "walk", (0.0, 1.0))),
-    "strafe_after_run": partial(after, RUN, partial(going, 1.0, "walk", (1.0, 0.0))),
+    "walk_1.3_after_back": partial(come_from, BACK, partial(walk_command, 1.3, "walk", (0.0, 1.0))),
+    "strafe_after_run": partial(come_from, RUN, partial(walk_command, 1.0, "walk", (1.0, 0.0))),
 }
 
 # What the labelled motion calls what a movement is, and of which clip of a style it is the reference; the first is its
@@ -112,7 +113,7 @@ def play(
     settle: float = SETTLE_SECONDS,
     **fields,
 ) -> tuple[list[Motion], list[Motion]]:
-    """What a session draws of many characters side by side, and their neutral motion: each has a script and wears a
+    """What a session draws of many characters side by side, and their neutral motion: each has a script and shows a
     style.
 
     seconds, after those to settle, are returned; fields: what else the commands say; tick is called once a frame."""
@@ -167,18 +168,15 @@ def knee_flexion(positions: np.ndarray) -> np.ndarray:
     return np.degrees(np.arccos(np.clip(np.vecdot(thigh, shin), -1.0, 1.0)))
 
 
-def mean_pose(features: np.ndarray) -> np.ndarray:
+def mean_positions(features: np.ndarray) -> np.ndarray:
     """(21, 3) the mean place of every joint, in metres about the hips, in the character's frame."""
     positions = features[..., LAYOUT["position"]]
     return (positions - positions[:, :1]).mean(axis=0)
 
 
-def motion_amplitude(features: np.ndarray) -> np.ndarray:
-    """(21, 6) the temporal deviation of every joint's orientation."""
-    return features[..., LAYOUT["rotation"]].std(axis=0)
-
-
-def gap(statistic: Callable[[np.ndarray], np.ndarray], one: np.ndarray, other: np.ndarray) -> dict[str, float]:
+def group_distances(
+    statistic: Callable[[np.ndarray], np.ndarray], one: np.ndarray, other: np.ndarray
+) -> dict[str, float]:
     """How far a statistic of two motions, features (frames, 21, 15), is apart in each group of body parts."""
     apart = np.linalg.norm(statistic(one) - statistic(other), axis=-1)
     return {group: float(apart[joints].mean()) for group, joints in GROUP_JOINTS.items()}
@@ -201,7 +199,7 @@ class Reference:
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class LiveEvaluation:
     """The report as JSON has it, and by movement and style what was drawn, beside it the reference, for pictures."""
 
     report: dict
@@ -210,23 +208,23 @@ class Evaluation:
     references: Mapping[str, Mapping[str, Reference]]
 
 
-def evaluate(
+def evaluate_live(
     session: Session,
     data_dir: Path,
     progress: Progress | None = None,
     movements: Mapping[str, Callable[[int], Command]] = MOVEMENTS,
     seconds: float = SECONDS,
-) -> Evaluation:
+) -> LiveEvaluation:
     """Every bundled style on all five parts in every movement, judged and measured as the session draws it.
 
-    progress(steps) is told how much there is to do and returns what to call once a step.
+    progress(steps) is given how much there is to do and returns what to call once a step.
     Raises ValueError where `data_dir` lacks the labelled motion or the clips of the bundled styles."""
     files = labelled_files(data_dir)
     frames = sum(round((settle_seconds(movement) + seconds) * FPS) for movement in movements)
     steps = sum(map(len, files.values())) + 2 * len(KINDS) * STEPS + frames + SWITCHES * FPS
     tick = progress(steps) if progress else lambda: None
-    classifiers = panels(style_labels.load(data_dir, tick), cache_folder(), tick)
-    references = references_of(data_dir, files)
+    classifiers = load_panels(style_labels.load(data_dir, tick), cache_folder(), tick)
+    references = load_references(data_dir, files)
     styles = [name for name in session.stylizer.styles if name in references]
     rows, drawn_by_movement, neutral_by_movement, totals = [], {}, {}, {}
     for movement, script in movements.items():
@@ -241,19 +239,19 @@ def evaluate(
         )
         neutral = drawn.pop()
         found = [
-            row(style, movement, motion, neutral, references[style], classifiers)
+            measure_style(style, movement, motion, neutral, references[style], classifiers)
             for style, motion in zip(styles, drawn)
         ]
         rows += found
-        totals[movement] = summary(found, neutral)
+        totals[movement] = summarize(found, neutral)
         drawn_by_movement[movement], neutral_by_movement[movement] = dict(zip(styles, drawn)), neutral
     report = {
         "classifiers": {kind: panel.held_out for kind, panel in classifiers.items()},
         "movements": totals,
         "rows": rows,
-        "switches": switches(session, styles, tick),
+        "switches": measure_switches(session, styles, tick),
     }
-    return Evaluation(report, drawn_by_movement, neutral_by_movement, references)
+    return LiveEvaluation(report, drawn_by_movement, neutral_by_movement, references)
 
 
 def settle_seconds(movement: str) -> float:
@@ -261,7 +259,7 @@ def settle_seconds(movement: str) -> float:
     return SETTLE_SECONDS + (APPROACH_SECONDS if "_after_" in movement else 0)
 
 
-def references_of(data_dir: Path, files: Mapping[tuple[str, str], Sequence[Path]]) -> dict[str, dict[str, Reference]]:
+def load_references(data_dir: Path, files: Mapping[tuple[str, str], Sequence[Path]]) -> dict[str, dict[str, Reference]]:
     """Style -> content (walk, run, back) -> its captured motion. Raises ValueError where a style's walk is not
     there."""
     result: dict[str, dict[str, Reference]] = {}
@@ -289,7 +287,7 @@ def reference_for(movement: str, references: Mapping[str, Reference]) -> tuple[s
     return content, references[content]
 
 
-def row(
+def measure_style(
     style: str,
     movement: str,
     drawn: Motion,
@@ -311,11 +309,11 @@ def row(
         "top3": classifier.share(drawn.features, [label], TOP),
         "cra": classifiers["content"].share(drawn.features, CONTENTS[kind]) if kind in CONTENTS else None,
     }
-    for name, statistic, left in (("mean_pose", mean_pose, True), ("motion_amplitude", motion_amplitude, False)):
-        whole = gap(statistic, neutral.features, clip.features)
+    for name, statistic, left in (("mean_pose", mean_positions, True), ("motion_amplitude", motion_amplitude, False)):
+        whole = group_distances(statistic, neutral.features, clip.features)
         shares = {}
         for whose, motion in (("drawn", drawn), ("other_take", reference.other_take)):
-            gaps = motion and gap(statistic, motion.features, clip.features)
+            gaps = motion and group_distances(statistic, motion.features, clip.features)
             shares[whose] = gaps and {group: gaps[group] / whole[group] for group in whole}
         result[name] = {
             group: {whose: share and (share[group] if left else 1 - share[group]) for whose, share in shares.items()}
@@ -334,35 +332,50 @@ def row(
     )
 
 
-def summary(rows: Sequence[dict], neutral: Motion) -> dict:
+def summarize(rows: Sequence[dict], neutral: Motion) -> dict:
     """Over the styles of one movement: means; shares of all gaps together; how far differences between clips arrive
     (the slope of the drawn figure over the clip's); the median error of speed, cadence and stride; beside them what the
     neutral motion does."""
-    result = {name: _mean(row[name] for row in rows) for name in PER_STYLE}
+    result = {name: _mean(measure_style[name] for measure_style in rows) for name in PER_STYLE}
     for name in ("mean_pose", "motion_amplitude"):
         result[name] = {
             group: {
-                whose: _weighted([(row[name][group][whose], row[f"{name}_gap"][group]) for row in rows])
+                whose: _weighted(
+                    [(measure_style[name][group][whose], measure_style[f"{name}_gap"][group]) for measure_style in rows]
+                )
                 for whose in ("drawn", "other_take")
             }
             for group in GROUP_JOINTS
         }
     result["slopes"] = (
         {
-            name: float(np.polyfit([row["clip"][name] for row in rows], [row[name] for row in rows], 1)[0])
+            name: float(
+                np.polyfit(
+                    [measure_style["clip"][name] for measure_style in rows],
+                    [measure_style[name] for measure_style in rows],
+                    1,
+                )[0]
+            )
             for name in SLOPES
         }
         if len(rows) > 2
         else None
     )
-    errors = {name: [abs(row[name] / row["clip"][name] - 1) for row in rows if row["clip"][name]] for name in GAIT}
+    errors = {
+        name: [
+            abs(measure_style[name] / measure_style["clip"][name] - 1)
+            for measure_style in rows
+            if measure_style["clip"][name]
+        ]
+        for name in GAIT
+    }
     result["median_error"] = {name: float(np.median(values)) if values else None for name, values in errors.items()}
     own = gait_figures(neutral)
     return result | {
-        "clip_skate_cm_s": _mean(row["clip"]["skate_cm_s"] for row in rows),
+        "clip_skate_cm_s": _mean(measure_style["clip"]["skate_cm_s"] for measure_style in rows),
         "neutral_skate_cm_s": own["skate_cm_s"],
         "neutral_jerk": own["jerk"],
-        "speed": _mean(row["speed"] for row in rows),
+        "speed": _mean(measure_style["speed"] for measure_style in rows),
     }
 
 
@@ -378,7 +391,7 @@ def _weighted(pairs: Sequence[tuple[float | None, float]]) -> float | None:
     return float(np.average(shares, weights=wholes)) if known else None
 
 
-def switches(
+def measure_switches(
     session: Session, styles: Sequence[str], tick: Callable[[], object] = lambda: None, count: int = SWITCHES
 ) -> dict:
     """One style after the other on the whole body, a second each, walking on: in how many seconds after a switch a
@@ -414,8 +427,8 @@ def switches(
 COLUMNS = "{:<19} {:>5} {:>5} {:>5}  {:>17} {:>17}  {:>24} {:>17} {:>11}  {:>17}"
 
 
-def table(report: dict) -> str:
-    """A movement a line, then the switches and the judges."""
+def format_table(report: dict) -> str:
+    """A movement a line, then the switches and the classifiers."""
     lines = [
         COLUMNS.format(
             "movement",
@@ -468,7 +481,7 @@ def table(report: dict) -> str:
             + " ".join(f"{walk['motion_amplitude'][group]['other_take']:.2f}" for group in GROUP_JOINTS)
         )
     lines.append(
-        "judges on captured motion that they have not seen: "
+        "classifiers on captured motion that they have not seen: "
         + ", ".join(f"{kind} {value:.2f}" for kind, value in report["classifiers"].items())
     )
     found = report["switches"]

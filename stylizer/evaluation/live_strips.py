@@ -9,7 +9,7 @@ import numpy as np
 from sim.io.atomic_write import atomic_write
 from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT
-from stylizer.evaluation.live_benchmark import Evaluation, Motion, reference_for
+from stylizer.evaluation.live_benchmark import LiveEvaluation, Motion, reference_for
 from stylizer.evaluation.pictures import OUTPUT, SOURCE, TARGET, draw_pose, finish_axes, plt
 
 MOVEMENTS = ("walk_pace", "run_pace")  # of stylizer.evaluation.live_benchmark.MOVEMENTS
@@ -17,7 +17,7 @@ POSES, APART = 10, 0.75  # figures in a row, and the metres between them
 SECONDS = {"walk_pace": 1.4, "run_pace": 0.9}
 
 
-def save_strips(folder: Path, evaluation: Evaluation) -> list[Path]:
+def save_strips(folder: Path, evaluation: LiveEvaluation) -> list[Path]:
     """Draws a picture a style into a folder, made if missing."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []

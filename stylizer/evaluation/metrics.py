@@ -81,7 +81,7 @@ def geodesic(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.linalg.norm(rot.to_rotation_vector(rot.multiply(rot.inverse(a), b)), axis=-1).mean())
 
 
-def displacement(output: np.ndarray, content: np.ndarray) -> np.ndarray:
+def joint_displacement(output: np.ndarray, content: np.ndarray) -> np.ndarray:
     """(21,) root mean squared displacement of joints (frames, 21, 3) relative to the hips, over the body's height
     (Table 1)."""
     hips = INDEX["Hips"]
@@ -90,7 +90,7 @@ def displacement(output: np.ndarray, content: np.ndarray) -> np.ndarray:
 
 
 def by_part(per_joint: np.ndarray) -> dict[str, float]:
-    """Part -> mean over its joints of (21,); the hips, which `displacement` is relative to, are left out."""
+    """Part -> mean over its joints of (21,); the hips, which `joint_displacement` is relative to, are left out."""
     joints = np.arange(JOINT_COUNT) != INDEX["Hips"]
     return {part: float(per_joint[joints & (PART_OF_JOINT == i)].mean()) for i, part in enumerate(PART_NAMES)}
 

@@ -17,10 +17,11 @@ from torch.nn import functional as F
 
 from sim.body.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 from sim.motion.features import LAYOUT, STRIDE
-from stylizer.data.style_labels import SAMPLES, SHORTEST, Labelled, Take
+from stylizer.data.style_labels import SAMPLES, SHORTEST, LabelledTakes, Take
 from stylizer.evaluation.classifier import train_once
 
-# Judge: which label it tells, and the joints that it sees. Arms and spine tell a style where no clip shows its legs.
+# Classifier: which label it names, and the joints that it sees. Arms and spine tell a style where no clip shows its
+# legs.
 KINDS = {
     "style": ("style", np.arange(JOINT_COUNT)),
     "content": ("content", np.arange(JOINT_COUNT)),
@@ -84,7 +85,7 @@ def windows_of(features: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Panel:
-    """Two judges of one kind, and how often each is right about the half of the labelled motion that it has not
+    """Two classifiers of one kind, and how often each is right about the half of the labelled motion that it has not
     seen."""
 
     classifiers: tuple[MotionClassifier, MotionClassifier]
@@ -101,8 +102,9 @@ class Panel:
         return float(np.mean([bool(set(names[:top]) & set(wanted)) for names in self.ranks(features)]))
 
 
-def panels(data: Labelled, folder: Path, tick: Callable[[], object] = lambda: None) -> dict[str, Panel]:
-    """The judges of KINDS, trained on the two halves of the labelled motion, or found in `folder` where they have been.
+def load_panels(data: LabelledTakes, folder: Path, tick: Callable[[], object] = lambda: None) -> dict[str, Panel]:
+    """The evaluation classifiers of KINDS, trained on the two halves of the labelled motion, or found in `folder` where
+    they have been.
 
     Calls tick once a step of training. Deterministic."""
     halves = data.classify, data.generate

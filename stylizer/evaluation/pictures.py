@@ -18,11 +18,11 @@ from sim.motion.features import STRIDE, WINDOW, clip_features
 from sim.retarget.retarget import load_clip
 from stylizer.networks.layers import BlockFeatures
 from stylizer.runtime.attention import attention_map
-from stylizer.runtime.offline import ResolvedStyle, as_pose, clip_style, stylize
+from stylizer.runtime.offline import ResolvedStyle, encode_clip, stylize, to_pose
 from stylizer.runtime.pose_delta import apply_delta, pose_delta, rotations_of_delta
 from stylizer.styles import bundled_styles
 from stylizer.styles.encoding import encode
-from stylizer.styles.style_clips import SHORTEST, single, style_windows
+from stylizer.styles.style_clips import SHORTEST, single_clip, style_windows
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
@@ -52,14 +52,14 @@ def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     content = load_clip(content)
     encoded = {name: encode(model, style_windows(clip_features(clip))) for name, clip in clips.items()}
     drawings = {
-        "content-only": lambda: content_only(model, {"neutral": content, **clips}, encoded),
-        "interpolation": lambda: interpolation(model, content, encoded),
-        "locality": lambda: locality(model, content, encoded, clips),
+        "content-only": lambda: draw_content_only(model, {"neutral": content, **clips}, encoded),
+        "interpolation": lambda: draw_interpolation(model, content, encoded),
+        "locality": lambda: draw_locality(model, content, encoded, clips),
     }
     for part in ("left_leg", "left_arm") if model.config.attention else ():
-        drawings[f"attention-{part}"] = partial(attention, model, content, clips, part)
+        drawings[f"attention-{part}"] = partial(draw_attention, model, content, clips, part)
     for name, features in encoded.items():
-        drawings[f"style-{name}"] = partial(strip, model, content, clips[name], features, name)
+        drawings[f"style-{name}"] = partial(draw_strip, model, content, clips[name], features, name)
     folder.mkdir(parents=True, exist_ok=True)
     for name, draw in drawings.items():
         figure = draw()
@@ -69,27 +69,27 @@ def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     return [folder / f"{name}.png" for name in drawings]
 
 
-def strip(model: MotionPuzzle, content: Clip, style: Clip, features: StyleFeatures, name: str):
+def draw_strip(model: MotionPuzzle, content: Clip, style: Clip, features: StyleFeatures, name: str):
     """Neutral walk, style clip and output, a row each."""
     output = stylize(
-        model, content, {part: ResolvedStyle(single(features, clip_features(style))) for part in PART_NAMES}
+        model, content, {part: ResolvedStyle(single_clip(features, clip_features(style))) for part in PART_NAMES}
     )
     return _rows({"neutral": (content, SOURCE), f"{name} (clip)": (style, TARGET), "output": (output, OUTPUT)})
 
 
-def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], encoded: Mapping[str, StyleFeatures]):
-    """What is left of content without a style of its own (Fig. 8): it wears the mean of all."""
+def draw_content_only(model: MotionPuzzle, clips: Mapping[str, Clip], encoded: Mapping[str, StyleFeatures]):
+    """What is left of content without a style of its own (Fig. 8): decoded in the mean of all styles."""
     names = [name for name in ("neutral", "marching", "hunched") if name in clips]
     rows = {}
     for name in names:
         features = clip_features(clips[name])
-        own = clip_style(model, features)
+        own = encode_clip(model, features)
         batch = model.normalize(torch.from_numpy(_whole_windows(features).astype(np.float32)))
         with torch.inference_mode():
             answer, _ = model(batch, *(expand_batch(style, batch.shape[1]) for style in (_mean(encoded), own.features)))
             answer = model.restore(answer).double().numpy()
         seen = clips[name][: len(answer) * WINDOW * STRIDE : STRIDE]
-        pose = as_pose(seen)
+        pose = to_pose(seen)
         rows[name] = seen, SOURCE
         delta = pose_delta(answer.reshape(-1, *answer.shape[2:]), features[: len(seen) * STRIDE : STRIDE])
         output = apply_delta(pose, rotations_of_delta(delta), delta[:, -1])
@@ -97,10 +97,10 @@ def content_only(model: MotionPuzzle, clips: Mapping[str, Clip], encoded: Mappin
     return _rows(rows, step=STRIDE)
 
 
-def interpolation(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures]):
+def draw_interpolation(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures]):
     """From one style to another in five steps (Fig. 12), whole body and arms alone."""
     first, other = _two(encoded)
-    encoded = {name: single(encoded[name], clip_features(content)) for name in (first, other)}
+    encoded = {name: single_clip(encoded[name], clip_features(content)) for name in (first, other)}
     figure, panels = plt.subplots(2, 5, figsize=(11, 5), layout="constrained")
     for row, group in zip(panels, ("all", "arms")):
         for axes, share in zip(row, np.linspace(0, 1, 5)):
@@ -115,11 +115,11 @@ def interpolation(model: MotionPuzzle, content: Clip, encoded: Mapping[str, Styl
     return figure
 
 
-def locality(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures], clips: Mapping[str, Clip]):
+def draw_locality(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures], clips: Mapping[str, Clip]):
     """One style on one part of the body at a time (Fig. 11), what is restyled in red."""
     _, name = _two(encoded)
     figure, panels = plt.subplots(2, 4, figsize=(14, 5.4), layout="constrained")
-    features = single(encoded[name], clip_features(clips[name]))
+    features = single_clip(encoded[name], clip_features(clips[name]))
     shown = [("source", content, SOURCE, set()), (f"{name} (clip)", clips[name], TARGET, set())]
     for group in (*PART_NAMES, "all"):
         touched = set(expand_part(group))
@@ -131,7 +131,7 @@ def locality(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeat
     return figure
 
 
-def attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip], part: str):
+def draw_attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip], part: str):
     """Which instants of the style each instant of the content looks at (Fig. 9), and the poses at the brightest
     places."""
     _, name = _two(clips)

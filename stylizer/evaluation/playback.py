@@ -15,7 +15,7 @@ from sim.style_spec import PartLike, StyleSpec
 from stylizer.networks.normalization import Scaled
 from stylizer.runtime import catalogue
 from stylizer.runtime.live import LiveStylizer
-from stylizer.runtime.offline import as_pose
+from stylizer.runtime.offline import to_pose
 from stylizer.styles.style_clips import StyleClips
 from stylizer.systems.registry import SYSTEMS, System
 
@@ -50,9 +50,9 @@ class Playback:
 
 
 def play_live(styles: Styles, content: Clip, style: Callable[[int], Mapping[str, PartLike]]) -> Playback:
-    """A clip (60 Hz, grounded) played as if the controller made it; worn(frame) is what the parts wear in each
-    frame."""
-    stylizer, latency = _Watched(catalogue.stylizer_of(styles)), Latency()
+    """A clip (60 Hz, grounded) played as if the controller made it; style(frame) is what the parts are asked to show in
+    each frame."""
+    stylizer, latency = _Watched(catalogue.make_stylizer(styles)), Latency()
     session = Session(_Player(content), stylizer, latency)
     locked = [session.step(Command(style=style(frame))).styled for frame in range(len(content))]
     seconds = float(np.mean(latency.seconds["stylizer"]))
@@ -60,13 +60,13 @@ def play_live(styles: Styles, content: Clip, style: Callable[[int], Mapping[str,
 
 
 class _Player:
-    """A `sim.protocols.Controller` that gives a clip's frames, one after the other, whatever it is told; only how far
+    """A `sim.protocols.Controller` that gives a clip's frames, one after the other, whatever the command; only how far
     its root goes with each is as far as styled legs carry it."""
 
     fingerprint = trajectory = None
 
     def __init__(self, clip: Clip) -> None:
-        self.poses = as_pose(clip)
+        self.poses = to_pose(clip)
         self.restart()
 
     def restart(self) -> None:

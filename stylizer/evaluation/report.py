@@ -1,19 +1,25 @@
-"""Evaluation of the stylizer: judges trained on one half of the labelled motion, every network judged on the other
-(Sec. 7.2)."""
+"""Evaluation of the stylizer: classifiers trained on one half of the labelled motion, every network evaluated on the
+other (Sec. 7.2)."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable, Iterable
 
-import torch
-
 from sim.io.user_dirs import cache_folder
+from sim.torch_setup import set_up_torch
 from stylizer.data import style_labels
-from stylizer.data.style_labels import Labelled
+from stylizer.data.style_labels import LabelledTakes
 from stylizer.evaluation.classifier import STEPS, load_classifier
 from stylizer.evaluation.figures import Further
-from stylizer.evaluation.held_out_pairs import folds, held_out_pairs, real_where_unknown
-from stylizer.evaluation.transfer_benchmark import TRIALS, Classifiers, Transfer, measure_real, milliseconds, row
+from stylizer.evaluation.held_out_pairs import measure_real_unknown, shown_pairs, split_folds
+from stylizer.evaluation.transfer_benchmark import (
+    TRIALS,
+    Classifiers,
+    Transfer,
+    measure_milliseconds,
+    measure_real,
+    measure_transfer,
+)
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
@@ -45,22 +51,22 @@ class Evaluation:
 
     report: dict
     notes: list[str]
-    data: Labelled
+    data: LabelledTakes
     model: MotionPuzzle
 
 
-def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | None = None) -> Evaluation:
-    """Trains the judges (or finds them trained), judges every network whose weights are there, measures the shipped one
-    further.
+def evaluate_transfer(data_dir: Path, folder: Path | None = None, progress: Progress | None = None) -> Evaluation:
+    """Trains the classifiers (or finds them trained), classifiers every network whose weights are there, measures the
+    shipped one further.
 
-    folder: where more weights lie than those shipped (full.safetensors ...). progress(steps) is told how much there is
+    folder: where more weights lie than those shipped (full.safetensors ...). progress(steps) is given how much there is
     to do and returns what to call once a step. Raises ValueError where `data_dir` holds no labelled motion or weights
     are broken."""
-    found = weights_found([*(name for name, _, _ in ROWS), LEFT_OUT], folder)
+    found = find_weights([*(name for name, _, _ in ROWS), LEFT_OUT], folder)
     left_out = found.pop(LEFT_OUT, None)
     present = [entry for entry in ROWS if entry[0] in found]
     files = style_labels.labelled_files(data_dir)
-    kept = folds(files)
+    kept = split_folds(files)
     steps = sum(map(len, files.values())) + 2 * STEPS * (1 + len(kept)) + FURTHER_FIGURES
     steps += TRIALS * (sum(size for _, _, size in present) + 2 * SAME_CONTENT_SIZE + (LEFT_OUT_SIZE if left_out else 0))
     tick = progress(steps) if progress else lambda: None
@@ -69,63 +75,62 @@ def evaluate(data_dir: Path, folder: Path | None = None, progress: Progress | No
     rows = []
     for name, mode, size in present:
         transfer = Transfer(models[name], mode)
-        figures = row(transfer, data.generate, classifiers, size, tick)
+        figures = measure_transfer(transfer, data.generate, classifiers, size, tick)
         rows.append(
             {
                 "model": name,
                 "mode": mode,
                 **figures,
                 "parameters": [models[name].parameter_count(), 0],
-                "ms_per_frame": milliseconds(transfer),
+                "ms_per_frame": measure_milliseconds(transfer),
             }
         )
     figures = Further(models[SHIPPED], data.generate).all(tick)
     for mode in ("offline", "live"):
         transfer = Transfer(models[SHIPPED], mode)
-        figures[f"same_content_{mode}"] = row(
+        figures[f"same_content_{mode}"] = measure_transfer(
             transfer, data.generate, classifiers, SAME_CONTENT_SIZE, tick, same_content=True
         )
     if left_out:
         figures[LEFT_OUT] = _unseen(left_out / f"{LEFT_OUT}.safetensors", data, classifiers, tick)
-    figures["real_where_unknown"] = real_where_unknown(data, kept, cache_folder(), tick)
+    figures["real_where_unknown"] = measure_real_unknown(data, kept, cache_folder(), tick)
     report = {"real": measure_real(data.generate, classifiers, REAL_SIZE), "rows": rows, "figures": figures}
     wanted = dict.fromkeys([name for name, _, _ in ROWS] + [LEFT_OUT])
     there = {*found, *([LEFT_OUT] if left_out else [])}
     notes = [f"no weights for {name}: its row is left out" for name in wanted if name not in there]
-    return Evaluation(rounded(report), notes, data, models[SHIPPED])
+    return Evaluation(round_figures(report), notes, data, models[SHIPPED])
 
 
-def weights_found(names: Iterable[str], folder: Path | None) -> dict[str, Path]:
+def find_weights(names: Iterable[str], folder: Path | None) -> dict[str, Path]:
     """Of these names the weights that are in the package or in `folder`, which goes first, and where they are."""
     folders = [checkpoint.FOLDER, *([folder] if folder else [])]
     return {name: where for name in names for where in folders if (where / f"{name}.safetensors").exists()}
 
 
-def load_data_and_classifiers(data_dir: Path, tick: Callable[[], object]) -> tuple[Labelled, Classifiers]:
-    """The labelled motion and judges trained on it, on one thread as all that is timed; calls tick once a file and a
-    step."""
-    torch.set_num_threads(1)
-    torch.set_flush_denormal(True)
+def load_data_and_classifiers(data_dir: Path, tick: Callable[[], object]) -> tuple[LabelledTakes, Classifiers]:
+    """The labelled motion and classifiers trained on it, on one thread as all that is timed; calls tick once a file and
+    a step."""
+    set_up_torch()
     data = style_labels.load(data_dir, tick)
     classifiers = (load_classifier(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style"))
-    return data, Classifiers(*classifiers, frozenset(held_out_pairs(data.classify)))
+    return data, Classifiers(*classifiers, frozenset(shown_pairs(data.classify)))
 
 
-def _unseen(path: Path, data: Labelled, classifiers: Classifiers, tick: Callable[[], object]) -> dict:
+def _unseen(path: Path, data: LabelledTakes, classifiers: Classifiers, tick: Callable[[], object]) -> dict:
     """How weights do on the styles that `patchwalk train stylizer --leave-out WORD ...` kept from them."""
     words = checkpoint.read(path)[0]["command"].partition("--leave-out ")[2].split()
     targets = [take for take in data.generate if any(word in take.path.stem.lower() for word in words)]
     if not targets:
         raise ValueError(f"{path} says of no labelled style that it was left out: train it with --leave-out WORD ...")
     model, _ = checkpoint.load(path.stem, path.parent)
-    figures = row(Transfer(model, "offline"), data.generate, classifiers, LEFT_OUT_SIZE, tick, targets)
+    figures = measure_transfer(Transfer(model, "offline"), data.generate, classifiers, LEFT_OUT_SIZE, tick, targets)
     return {"styles": sorted({take.style for take in targets}), "sra": figures["sra"], "cra": figures["cra"]}
 
 
-def rounded(value):
+def round_figures(value):
     """Four significant digits of every number in a report."""
     if isinstance(value, dict):
-        return {key: rounded(item) for key, item in value.items()}
+        return {key: round_figures(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [rounded(item) for item in value]
+        return [round_figures(item) for item in value]
     return float(f"{value:.4g}") if isinstance(value, float) else value

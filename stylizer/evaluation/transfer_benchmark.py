@@ -11,14 +11,14 @@ from sim.body.skeleton import PART_NAMES, TOES
 from sim.motion.clip import Clip, root_frame
 from sim.motion.features import clip_features
 from sim.motion.metrics import foot_skate, frechet_distance, jerk
-from stylizer.data.style_labels import SHORTEST, Take, draw, windows
+from stylizer.data.style_labels import SHORTEST, Take, draw_balanced, windows
 from stylizer.evaluation.classifier import Classifier
 from stylizer.evaluation.held_out_pairs import Pair
 from stylizer.evaluation.metrics import geodesic
 from stylizer.evaluation.playback import Styles, play_live
 from stylizer.networks.normalization import Scaled
 from stylizer.runtime.live import OWN
-from stylizer.runtime.offline import ResolvedStyle, apply_styled, clip_style, evaluate
+from stylizer.runtime.offline import ResolvedStyle, apply_styled, encode_clip, evaluate
 
 TRIALS = 10
 WARM_UP = 40  # frames before the judged window: a live stream has reached its strength by then
@@ -26,7 +26,7 @@ SEGMENT = WARM_UP + SHORTEST
 CENTI = 100
 TARGET = "target"
 JUDGED = ("sra", "cra", "fmd", "style_fid")
-# by whether the judges have seen that content in that style
+# by whether the classifiers have seen that content in that style
 SPLIT = ("sra_known", "cra_known", "sra_unknown", "cra_unknown")
 FIGURES = (*JUDGED, *SPLIT, "geodesic", "skate_cm_s", "jitter_ratio", *(f"drawn_{name}" for name in JUDGED))
 
@@ -42,11 +42,11 @@ class Classifiers:
 
 class Transfer:
     """A network at work, the same way for both modes: (source clip, source take, target take) -> what the network
-    answers, as features (frames, 21, 15), and the clip that is drawn, its feet in order."""
+    gives, as features (frames, 21, 15), and the clip that is drawn, its feet in order."""
 
     def __init__(self, model: Scaled, mode: str) -> None:
         self.model, self.mode, self.seconds, self.frames = model, mode, 0.0, 0
-        self.style = cache(lambda take: clip_style(model, take.features, take.style))
+        self.style = cache(lambda take: encode_clip(model, take.features, take.style))
 
     def __call__(self, content: Clip, source: Take, target: Take) -> tuple[np.ndarray, Clip]:
         own, style = self.style(source), self.style(target)
@@ -85,7 +85,7 @@ def measure_real(takes: Sequence[Take], classifiers: Classifiers, size: int) -> 
     return _summary(trials)
 
 
-def row(
+def measure_transfer(
     transfer: Transfer,
     takes: Sequence[Take],
     classifiers: Classifiers,
@@ -135,7 +135,7 @@ def _recognise(
     classifiers: Classifiers,
     reference: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> dict[str, float | None]:
-    """JUDGED of windows (n, SAMPLES, 21, 15), with their labels and what both judges see in real ones."""
+    """JUDGED of windows (n, SAMPLES, 21, 15), with their labels and what both classifiers see in real ones."""
     named_content, of_content = classifiers.content.names(motion)
     named_style, of_style = classifiers.style.names(motion)
     distances = {
@@ -182,7 +182,7 @@ def _balanced(random: np.random.Generator, takes: Sequence[Take], label: str, si
     """`size` indices, the values of a label in turn, shuffled."""
     chosen: list[int] = []
     while len(chosen) < size:
-        chosen += random.permutation(draw(random, takes, label)).tolist()
+        chosen += random.permutation(draw_balanced(random, takes, label)).tolist()
     return random.permutation(chosen[:size]).tolist()
 
 
@@ -195,6 +195,6 @@ def _summary(trials: Sequence[dict[str, float | None]]) -> Figures:
     return result
 
 
-def milliseconds(transfer: Transfer) -> list[float]:
+def measure_milliseconds(transfer: Transfer) -> list[float]:
     """What a frame took, as [mean, 0]: it is measured over all trials together."""
     return [1000 * transfer.seconds / max(transfer.frames, 1), 0.0]

@@ -12,7 +12,7 @@ from torch import Tensor, nn
 
 from sim.body.skeleton import INDEX, JOINT_COUNT
 from stylizer.networks.graph import LEVELS, Graph
-from stylizer.networks.layers import Pool, STConv, Unpool, leaky, normalized
+from stylizer.networks.layers import Pool, STConv, Unpool, leaky, normalize
 
 HIPS = INDEX["Hips"]
 NEWEST = slice(-2, None)  # the samples that a live stream is made of
@@ -92,7 +92,7 @@ class InstanceNorm(nn.Module):
     content."""
 
     def forward(self, x: Tensor, code: Tensor | None = None) -> Tensor:
-        return normalized(x, (0, 2))
+        return normalize(x, (0, 2))
 
 
 class AdaIN(nn.Module):
@@ -108,7 +108,7 @@ class AdaIN(nn.Module):
     def forward(self, x: Tensor, code: Tensor) -> Tensor:
         """(V, B, T, C), (B, code) -> (V, B, T, C)"""
         scale, bias = self.affine(code)[None, :, None].chunk(2, dim=3)
-        return normalized(x, (0, 2)) * (1 + scale) + bias
+        return normalize(x, (0, 2)) * (1 + scale) + bias
 
 
 class ResBlock(nn.Module):
@@ -156,6 +156,6 @@ class DomainHead(nn.Module):
         return every[torch.arange(len(every), device=every.device), domain]
 
 
-def pooled(x: Tensor) -> Tensor:
+def pool(x: Tensor) -> Tensor:
     """(V, B, T, C) -> (B, V C): the mean over time, vertices side by side."""
     return x.mean(dim=2).transpose(0, 1).flatten(1)

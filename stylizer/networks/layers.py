@@ -21,7 +21,7 @@ def moments(x: Tensor, dims: tuple[int, ...]) -> tuple[Tensor, Tensor]:
     return mean, (x - mean).square().mean(dims, keepdim=True)
 
 
-def normalized(x: Tensor, dims: tuple[int, ...]) -> Tensor:
+def normalize(x: Tensor, dims: tuple[int, ...]) -> Tensor:
     """Zero mean and unit variance over `dims`, channel by channel (instance normalization, no learned affine)."""
     mean, variance = moments(x, dims)
     return (x - mean) * torch.rsqrt(variance + EPSILON)

@@ -1,7 +1,6 @@
 """The stylizers by name: which weights there are, and the bank and the live stylizer that go with them."""
 
-import torch
-
+from sim.torch_setup import set_up_torch
 from stylizer.runtime.live import LiveStylizer
 from stylizer.styles.bank import StyleBank
 from stylizer.systems import checkpoint
@@ -13,10 +12,11 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(found, key=lambda name: name != checkpoint.SLIM))
 
 
-def bank(name: str | None = None) -> StyleBank:
+def load_bank(name: str | None = None) -> StyleBank:
     """The style bank of the named weights (None: the shipped ones).
 
     Raises ValueError where there are none of that name, or they or their styles do not fit."""
+    set_up_torch()
     name = name or checkpoint.SLIM
     if checkpoint.system(name).by_part:
         return StyleBank(name)
@@ -25,18 +25,16 @@ def bank(name: str | None = None) -> StyleBank:
     return CodeBank(name)
 
 
-def stylizer_of(bank) -> LiveStylizer:
+def make_stylizer(load_bank) -> LiveStylizer:
     """The live stylizer of a bank, or of what is as much of one as it needs (stylizer.evaluation.playback.Styles)."""
-    if bank.system.by_part:
-        return LiveStylizer(bank)
+    if load_bank.system.by_part:
+        return LiveStylizer(load_bank)
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
 
-    return WholeBodyStylizer(bank)
+    return WholeBodyStylizer(load_bank)
 
 
 def from_pretrained(name: str | None = None) -> LiveStylizer:
     """The named weights and their bank, ready to run on one thread. Raises ValueError where they are missing or do not
     fit."""
-    torch.set_num_threads(1)
-    torch.set_flush_denormal(True)
-    return stylizer_of(bank(name))
+    return make_stylizer(load_bank(name))

@@ -1,4 +1,4 @@
-"""What a style does to the way over the floor, for a whole clip: the velocity warp of Aberman et al. 2020 (Eq. 2), and
+"""What a style does to the root motion, for a whole clip: the velocity warp of Aberman et al. 2020 (Eq. 2), and
 the global motion that a network reads from the local one (Guo et al. 2024, Sec. 3.2.3)."""
 
 from typing import Mapping, Sequence
@@ -11,20 +11,20 @@ from sim.math import rotations as rot
 from sim.motion.clip import FPS, Clip, root_frame
 from sim.motion.features import clip_features
 from sim.style_spec import PartLike, PartSpec, StyleSpec
-from stylizer.runtime.overlap import overlapped
+from stylizer.runtime.overlap import evaluate_overlapping
 from stylizer.systems.registry import GlobalMotion
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
-SLOWEST, QUICKEST = 0.5, 2.0  # factors of a warp beyond which a style is no judge of the content's pace
+SLOWEST, QUICKEST = 0.5, 2.0  # factors of a warp beyond which a style says nothing of the content's pace
 
 
-def warped(styled: Clip, content: np.ndarray, styles: Sequence[float]) -> Clip:
+def warp_time(styled: Clip, content: np.ndarray, styles: Sequence[float]) -> Clip:
     """The clip with its time warped by V^sty / V^con; content: its features before. styles: V of the style of each body
     part, whose mean counts."""
     return styled.paced(float(np.clip(np.mean(styles) / max(velocity_factor(content), 1e-6), SLOWEST, QUICKEST)))
 
 
-def rerouted(model: WholeBody, styled: Clip) -> Clip:
+def follow_predicted_root(model: WholeBody, styled: Clip) -> Clip:
     """The clip at the root velocity that the network predicts from its local motion."""
 
     @torch.inference_mode()
@@ -32,7 +32,7 @@ def rerouted(model: WholeBody, styled: Clip) -> Clip:
         root_velocity = model.predict_root_velocity(model.normalize(torch.from_numpy(windows.astype(np.float32))))
         return root_velocity[None, :, :, None].double().numpy()
 
-    root_velocity = overlapped(clip_features(styled), model.config.window, evaluate)[0, :, 0]  # (frames, 3)
+    root_velocity = evaluate_overlapping(clip_features(styled), model.config.window, evaluate)[0, :, 0]  # (frames, 3)
     root = root_frame(styled.positions(), styled.fps)
     facing = root.facing[0] + np.concatenate([[0.0], root_velocity[1:, 2].cumsum()]) / FPS
     steps = (
@@ -59,17 +59,17 @@ def change_global_motion(bank, styled: Clip, content: Clip, style: Mapping[str, 
     does = bank.system.global_motion
     if does == GlobalMotion.KEPT:
         raise ValueError(
-            f"the {bank.model.KIND} stylizer leaves the way over the floor to the content: leave --global-motion out"
+            f"the {bank.model.KIND} stylizer leaves the root motion to the content: leave --global-motion out"
         )
     if does == GlobalMotion.PREDICTED:
-        return rerouted(bank.model, styled)
+        return follow_predicted_root(bank.model, styled)
     features, spec = clip_features(content), StyleSpec.of(style)
     own = velocity_factor(features)
-    return warped(styled, features, [_speed(bank, spec.get(part), own) for part in PART_NAMES])
+    return warp_time(styled, features, [_speed(bank, spec.get(part), own) for part in PART_NAMES])
 
 
 def _speed(bank, spec: PartSpec | None, own: float) -> float:
-    """V of what a part wears, as strong as it wears it; own: the content's."""
+    """V of a part's style at its strength; own: the content's."""
     if spec is None:
         return own
     speeds = [bank.speed_of(name) for name in spec.names]

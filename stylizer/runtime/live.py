@@ -19,6 +19,7 @@ from sim.math.springs import lag, spring_step
 from sim.motion.clip import FPS, Clip
 from sim.motion.features import FEATURES, LAYOUT, STRIDE
 from sim.style_spec import StyleSpec
+from sim.torch_setup import set_up_torch
 from stylizer.runtime.attention import attention_map
 from stylizer.runtime.inertialization import Inertializer
 from stylizer.runtime.pose_delta import (
@@ -35,15 +36,15 @@ from stylizer.runtime.pose_delta import (
 from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.own_style import OWN
-from stylizer.styles.stride_residual import played
-from stylizer.systems.motion_puzzle.fast_inference import inference_form
+from stylizer.styles.stride_residual import play_residual
+from stylizer.systems.motion_puzzle.fast_inference import to_inference
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch, write_slot
 
 GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
 # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
 KEPT = 6
 STEADY = 2  # samples over which a pose's velocity is measured
-FIRST, OTHER = 0, 1  # what a part wears, and what it is blended with
+FIRST, OTHER = 0, 1  # a part's style, and the other one that it is blended with
 
 
 class LiveStylizer:
@@ -56,6 +57,7 @@ class LiveStylizer:
 
     def __init__(self, bank: StyleBank, crowd: tuple[int, ...] = ()) -> None:
         """crowd: (N,) for N characters, with whom every array has one more axis in front; none for one character."""
+        set_up_torch()
         self.bank = bank
         self._leading = crowd
         self._prepare()
@@ -63,7 +65,7 @@ class LiveStylizer:
 
     def _prepare(self) -> None:
         """What the network needs before it is evaluated."""
-        self._network = inference_form(self.bank.model)
+        self._network = to_inference(self.bank.model)
         # by who is evaluated: each one's style, and those side by side
         self._kept: dict[tuple, tuple[list[StyleFeatures], StyleFeatures]] = {}
 
@@ -93,15 +95,15 @@ class LiveStylizer:
 
         May run in another thread than `step`. Raises ValueError or OSError, in one sentence, for what is no style."""
         name = self.bank.free_name(paths[0])
-        return name, self.bank.add(paths, name).clip
+        return name, self.bank.add(name, *paths).clip
 
     def restart(self) -> None:
-        """Back to before the first step: nothing is worn."""
+        """Back to before the first step: every part has its own style."""
         count = int(np.prod(self._leading))
         self.mixers = [StyleMixer(self.PERIOD, one % self.PERIOD) for one in range(count)]
         self.inertializer = Inertializer(self._leading)
         self.frame = 0
-        self._styled = np.zeros((*self._leading, len(PART_NAMES)))  # how far each part wears another style than its own
+        self._styled = np.zeros((*self._leading, len(PART_NAMES)))  # how far each part shows another style than its own
         self._paces: dict[tuple[str, str], tuple[object, np.ndarray]] = {}  # by style and gait
         # What the decoder changes: at its last evaluation, and now; of FIRST and OTHER.
         self._decoded = np.zeros((2, 2, count, JOINT_COUNT, FEATURES))
@@ -117,7 +119,7 @@ class LiveStylizer:
         style: StyleSpec | Sequence[StyleSpec],
         travel: np.ndarray | float = 1.0,
     ) -> Pose:
-        """window: features (..., 16, 21, 15) ending with `neutral`; style: part -> what it wears (sim.style_spec), of a
+        """window: features (..., 16, 21, 15) ending with `neutral`; style: what the parts are asked to show, of a
         crowd one for each; travel: (...) how many times as fast as the window says the body really goes, for the styles
         are those of a body that goes so fast. Raises ValueError for a style that the bank does not hold."""
         styles = [StyleSpec.of(each) for each in (style if self._leading else (style,))]
@@ -176,8 +178,8 @@ class LiveStylizer:
         return self._paces[key][1]
 
     def transfer_state(self, other: "LiveStylizer") -> None:
-        """Goes on from another stylizer's last step: strengths are kept, and the pose glides from its styles to ours. A
-        part whose style we do not have lets it go."""
+        """Goes on from another stylizer's last step: strengths are kept, and the pose is inertialized from its
+        styles to ours. A part whose style we do not have fades to its own."""
         self.bank.refresh()
         self.restart()
         self.mixers, self.inertializer, self.frame = other.mixers, other.inertializer, other.frame
@@ -188,11 +190,11 @@ class LiveStylizer:
         self.switch()
 
     def resample(self) -> None:
-        """Draws the styles of chance anew; Motion Puzzle has none. Raises ValueError."""
+        """Samples the styles that come from a prior again; Motion Puzzle has none. Raises ValueError."""
         raise ValueError("this stylizer takes styles from clips only: diverse and latent also draw them by chance")
 
     def switch(self) -> None:
-        """What parts wear has changed under its name: it is evaluated at once, and the pose glides there."""
+        """Styles have changed under their names: they are evaluated at once, and the pose is inertialized."""
         for mixer in self.mixers:
             mixer.switch()
 
@@ -247,7 +249,7 @@ class LiveStylizer:
         return which == FIRST or (self.BLENDS and any(mixer.shares))
 
     def _part_weights(self, ones: list[int]) -> np.ndarray:
-        """(n, 5) how far each part changes at all: not where it wears the own style; and legs that side-step keep the
+        """(n, 5) how far each part changes at all: not where it keeps the own style; and legs that side-step keep the
         controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
         result = np.ones((len(ones), len(PART_NAMES)))
         for row, one in enumerate(ones):
@@ -281,7 +283,7 @@ class LiveStylizer:
             for loop, share in loops_of_part:
                 if loop is not None and share:
                     joints = PART_OF_JOINT == part
-                    result[one, joints] += share * played(loop[:, joints], self.frame)
+                    result[one, joints] += share * play_residual(loop[:, joints], self.frame)
         result = result.reshape(*self._leading, JOINT_COUNT, 3) * strengths[..., PART_OF_JOINT, None]
         return rot.multiply(rot.from_rotation_vector(result), turns)
 
@@ -317,8 +319,8 @@ class LiveStylizer:
 
     def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """What key poses make of the moment that is to come when the spring, which lags, has caught up, so that a
-        style's arm is forward when the neutral one is: features (n, 2, 21, 15), in what these characters wear and in
-        their own style. A pose changes so steadily that its own velocity tells what is to come."""
+        style's arm is forward when the neutral one is: features (n, 2, 21, 15), in these characters' styles and in
+        their own. A pose changes so steadily that its own velocity predicts what is to come."""
         newest = windows[:, -1]
         coming = newest + lag(self.SMOOTHING) * FPS / STRIDE / STEADY * (newest - windows[:, -1 - STEADY])
         ways, styles = self._root_velocities(windows, ones), self._styles(ones, which)
@@ -331,7 +333,7 @@ class LiveStylizer:
         return np.array([neutral * np.concatenate([travel, travel, np.ones_like(travel)], axis=1), neutral])
 
     def _styles(self, ones: list[int], which: int) -> tuple[StyleFeatures, StyleFeatures]:
-        """What these characters wear and their own style, each side by side along the batch."""
+        """These characters' styles and their own styles, each side by side along the batch."""
         mixers = [self.mixers[one] for one in ones]
         return (
             self._side_by_side(ones, which, [mixer.styles(self.bank)[which] for mixer in mixers]),

@@ -12,14 +12,14 @@ from scipy.ndimage import gaussian_filter1d
 from sim.body.kinematics import to_local
 from sim.body.pose import Pose
 from sim.body.skeleton import PART_NAMES
-from sim.feet.foot_cleanup import feet_in_order, foot_height_error, raise_feet
+from sim.feet.foot_cleanup import clean_feet, foot_height_error, raise_feet
 from sim.motion.clip import FPS, Clip, root_frame
 from sim.motion.contacts import foot_contacts
 from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features
 from sim.retarget.retarget import load_clip
 from sim.style_spec import PartLike, StyleSpec
 from stylizer.networks.normalization import Scaled
-from stylizer.runtime.overlap import overlapped
+from stylizer.runtime.overlap import evaluate_overlapping
 from stylizer.runtime.pose_delta import (
     ARM_PARTS,
     LEG_PARTS,
@@ -32,11 +32,11 @@ from stylizer.runtime.pose_delta import (
 )
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.encoding import encode
-from stylizer.styles.style_clips import SHORTEST, StyleClips, single
+from stylizer.styles.style_clips import SHORTEST, StyleClips, single_clip
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, interpolated, stack_parts
-from stylizer.systems.whole_body import WholeBody, joints_by_code, stylize_windows, together
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, interpolate, stack_parts
+from stylizer.systems.whole_body import WholeBody, combine_joints, joints_by_code, stylize_windows
 
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
 FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
@@ -69,7 +69,7 @@ def resolve_styles(bank: StyleBank, style: Mapping[str, PartLike]) -> dict[str, 
 def _style(bank: StyleBank, name: str) -> StyleClips:
     if name in bank.names or not (name.lower().endswith(".bvh") or Path(name).exists()):
         return bank[name]
-    return clip_style(bank.model, clip_features(load_clip(name)))
+    return encode_clip(bank.model, clip_features(load_clip(name)))
 
 
 def stylize(model: Scaled, content: Clip, style: Mapping[str, ResolvedStyle]) -> Clip:
@@ -87,11 +87,11 @@ def stylize(model: Scaled, content: Clip, style: Mapping[str, ResolvedStyle]) ->
 
 
 def apply_styled(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Clip:
-    """The clip with what the network answered, features (frames, 21, 15), put on at the strengths (5,), and its feet in
+    """The clip changed by the network's output, features (frames, 21, 15), at the strengths (5,), and its feet in
     order."""
     delta = unwrap_frames(pose_delta(styled, clip_features(content))) * delta_weights(strengths)
     delta = gaussian_filter1d(delta, SMOOTHING, axis=0, mode="nearest")
-    before = as_pose(content)
+    before = to_pose(content)
     styled = preserve_hands(
         apply_delta(before, rotations_of_delta(delta), delta[..., -1, :]), before, strengths[ARM_PARTS]
     )
@@ -99,19 +99,19 @@ def apply_styled(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Cl
         gaussian_filter1d(foot_height_error(styled, before), FLOOR_SMOOTHING, mode="nearest")
         * strengths[LEG_PARTS].min()
     )
-    after = feet_in_order(raise_feet(styled, to_floor) if to_floor.any() else styled, before)
+    after = clean_feet(raise_feet(styled, to_floor) if to_floor.any() else styled, before)
     return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
 
 
 def evaluate(model: Scaled, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
-    """The network's own answer (frames, 21, 15) to the content's features, before anything is put in order."""
+    """The network's own output (frames, 21, 15) for the content's features, before anything is put in order."""
     if isinstance(model, WholeBody):
         return evaluate_whole_body(model, features, style)
-    return styled_features(model, features, style)
+    return evaluate_by_part(model, features, style)
 
 
 def evaluate_whole_body(model: WholeBody, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
-    """The answer of a system that is asked once for each style that parts wear."""
+    """The output of a whole-body system, which is evaluated once for each style."""
     root_velocity = features[:, 0, LAYOUT["root"]].mean(axis=0)
 
     def code(part: ResolvedStyle) -> torch.Tensor:
@@ -122,24 +122,24 @@ def evaluate_whole_body(model: WholeBody, features: np.ndarray, style: Mapping[s
     keys = [part and (id(part.style), id(part.other), part.share) for part in parts]
     by_key = {key: code(part) for key, part in zip(keys, parts) if part}
     styled = {
-        key: overlapped(
+        key: evaluate_overlapping(
             features,
             model.config.window,
             lambda windows, code=code: stylize_windows(model, windows, code.expand(len(windows), -1))[None],
         )[0]
         for key, code in by_key.items()
     }
-    return together(features, styled, joints_by_code(keys))
+    return combine_joints(features, styled, joints_by_code(keys))
 
 
-def clip_style(model: Scaled, features: np.ndarray, label: str | None = None) -> StyleClips:
+def encode_clip(model: Scaled, features: np.ndarray, label: str | None = None) -> StyleClips:
     """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated. label: its
     domain, for a whole-body system that knows it."""
     count = FEW if len(features) < MANY * SHORTEST else MANY
     starts = np.linspace(0, max(len(features) - SHORTEST, 0), count).round().astype(int)
     windows = features[(starts[:, None] + STRIDE * np.arange(STYLE_WINDOW)) % len(features)]
     encoded = model.encode_style(windows, label) if isinstance(model, WholeBody) else encode(model, windows)
-    return single(encoded, features)
+    return single_clip(encoded, features)
 
 
 def combine_parts(
@@ -152,13 +152,13 @@ def combine_parts(
     parts = [style.get(part, ResolvedStyle(own)) for part in PART_NAMES]
     first = stack_parts([at[id(part.style)] for part in parts])
     other = stack_parts([at[id(part.other or part.style)] for part in parts])
-    return interpolated(first, other, [part.share for part in parts]), at[id(own)]
+    return interpolate(first, other, [part.share for part in parts]), at[id(own)]
 
 
 @torch.inference_mode()
-def styled_features(model: MotionPuzzle, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
+def evaluate_by_part(model: MotionPuzzle, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
     """What the network makes of features (frames, 21, 15): windows as long as in training, faded into each other."""
-    own = clip_style(model, features)
+    own = encode_clip(model, features)
 
     def restyle(windows: np.ndarray) -> np.ndarray:
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
@@ -168,11 +168,11 @@ def styled_features(model: MotionPuzzle, features: np.ndarray, style: Mapping[st
         )
         return (styled if rebuilt is None else windows + (styled - rebuilt))[None]
 
-    return overlapped(features, WINDOW, restyle)[0]
+    return evaluate_overlapping(features, WINDOW, restyle)[0]
 
 
-def as_pose(clip: Clip) -> Pose:
-    """All frames of a clip as one pose with a leading axis, its contacts told from its feet."""
+def to_pose(clip: Clip) -> Pose:
+    """All frames of a clip as one pose with a leading axis, its contacts found from its feet."""
     root = root_frame(clip.positions(), clip.fps)
     return Pose(
         root.positions, root.facing, clip.hips, clip.global_rotations(), foot_contacts(clip), np.zeros(len(clip))

@@ -1,4 +1,4 @@
-"""A whole clip through a network that sees windows: overlapping windows, their answers faded into each other."""
+"""A whole clip through a network that sees windows: overlapping windows, their outputs faded into each other."""
 
 from typing import Callable
 
@@ -10,7 +10,9 @@ HOP = 3  # frames between windows; odd, so that they see the even and the odd fr
 BATCH = 64  # windows
 
 
-def overlapped(features: np.ndarray, samples: int, evaluate: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def evaluate_overlapping(
+    features: np.ndarray, samples: int, evaluate: Callable[[np.ndarray], np.ndarray]
+) -> np.ndarray:
     """(k, frames, a, b) from features (frames, 21, 15) at 60 Hz.
 
     ask: windows (n, samples, 21, 15) at 30 Hz -> k motions of each, (k, n, samples, a, b), which need not be features.

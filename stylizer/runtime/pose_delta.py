@@ -1,4 +1,4 @@
-"""What is taken from the network's answer: a rotation for each joint and a shift of the hips, applied to the content.
+"""What is taken from the network's output: a rotation for each joint and a shift of the hips, applied to the content.
 
 A pose delta is (..., 22, 3): a rotation vector a joint, then the hips' shift in metres, all in the character's own
 frame. Deltas may be scaled, smoothed and added; a zero delta changes nothing, so unstyled parts pass through
@@ -40,14 +40,14 @@ def delta_weights(strengths: np.ndarray, legs: np.ndarray | None = None) -> np.n
 
 
 def unwrap(delta: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """The same delta (..., 22, 3), each rotation told the way round the circle that is nearer to the delta before
+    """The same delta (..., 22, 3), each rotation taken the way round the circle that is nearer to the delta before
     it."""
     turns = rot.nearest_turn(delta[..., :HIPS_ROW, :], before[..., :HIPS_ROW, :])
     return np.concatenate([turns, delta[..., HIPS_ROW:, :]], axis=-2)
 
 
 def unwrap_frames(delta: np.ndarray) -> np.ndarray:
-    """A clip's deltas (frames, 22, 3), each rotation told the way round the circle that is nearest to the frame before
+    """A clip's deltas (frames, 22, 3), each rotation taken the way round the circle that is nearest to the frame before
     it."""
     return np.concatenate([rot.unwrap(delta[:, :HIPS_ROW]), delta[:, HIPS_ROW:]], axis=1)
 

@@ -1,4 +1,4 @@
-"""What one character's body parts wear: styles, strengths and shares on their way; and when the network is to be
+"""The active styles of one character's body parts: strengths and shares on their way; and when the network is to be
 evaluated."""
 
 from typing import Collection
@@ -15,7 +15,7 @@ from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, stack_pa
 
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 NEGLIGIBLE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
-PARTS_KEPT = 3  # combinations of styles whose parts are kept: what is worn, what it is blended with, the own style
+PARTS_KEPT = 3  # combinations of styles that are kept: the active ones, what they are blended with, the own style
 SAME_VELOCITY = 0.01  # metres a second, radians a second: styles are not interpolated anew for less
 BODY, NEUTRAL = 0, 1  # whose root velocity
 DT = 1 / FPS
@@ -31,11 +31,11 @@ class StyleMixer:
         self.parts = [_Part() for _ in PART_NAMES]
         self.changed = False  # whether it is evaluated because of another style
         self._switching = False  # whether all parts switch in the next step
-        self._evaluated: tuple | None = None  # what the parts wore when it was evaluated last
+        self._evaluated: tuple | None = None  # the styles of the parts when it was evaluated last
         self.waited = self._until = 0  # frames since it was evaluated, and until it is again
         # (2, 3) that styles are interpolated for: of the body, and of the neutral motion, whose own style is taken off.
         self.root_velocities = np.full((2, 3), np.inf)
-        self._kept: dict[tuple, StyleFeatures] = {}  # styles at that velocity, by the names that the five parts wear
+        self._kept: dict[tuple, StyleFeatures] = {}  # styles at that velocity, by the names of the five parts' styles
         # of the last velocities: each part's style, and all in one
         self._parts: dict[tuple, tuple[list[StyleFeatures], StyleFeatures]] = {}
 
@@ -61,12 +61,12 @@ class StyleMixer:
         return [each or switching for each in switched]
 
     def switch(self) -> None:
-        """What the parts wear has changed under its name: all of them switch in the next step."""
+        """Styles have changed under their names: all parts switch in the next step."""
         self._evaluated, self._switching = None, True
         self._kept.clear()
 
     def keep(self, styles: Collection[str]) -> None:
-        """A part that wears another style than these lets it go."""
+        """A part with another style than these fades to its own."""
         for part in self.parts:
             if not {part.name, part.other} <= set(styles):
                 part.name = part.other = OWN
@@ -102,7 +102,7 @@ class StyleMixer:
         return self._style(bank, (OWN,) * len(PART_NAMES), NEUTRAL)
 
     def styles(self, bank: StyleBank) -> list[StyleFeatures]:
-        """What the five parts wear at this velocity, side by side in one style; where any of them is blended with
+        """The styles of the five parts at this velocity, side by side in one; where any of them is blended with
         another style, those as a second one."""
         names = [tuple(getattr(part, key) for part in self.parts) for key in ("name", "other")]
         return [self._style(bank, each, BODY) for each in names[: 1 + any(self.shares)]]
@@ -128,8 +128,8 @@ class StyleMixer:
 
 
 class _Part:
-    """What one body part wears: a style, the other one it is blended with (itself if none), share and strength of these
-    on their way to the wanted ones, and how far what it wears is not the own style."""
+    """The active style of one body part: the style, the other one it is blended with (itself if none), share and
+    strength on their way to the wanted ones, and how far it is not the own style."""
 
     def __init__(self) -> None:
         self.name = self.other = OWN

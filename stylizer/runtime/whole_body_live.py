@@ -1,5 +1,5 @@
-"""The live stylizer of a whole-body system: asked once for each style that parts wear, over more than the ring buffer's
-past."""
+"""The live stylizer of a whole-body system: evaluated once for each style, over more than the ring
+buffer's past."""
 
 from collections import deque
 from typing import Sequence
@@ -13,16 +13,16 @@ from sim.motion.features import STRIDE
 from sim.style_spec import StyleSpec
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.style_mixer import BODY, StyleMixer
-from stylizer.systems.whole_body import joints_by_code, stylize_windows, together
+from stylizer.systems.whole_body import combine_joints, joints_by_code, stylize_windows
 
 
 class WholeBodyStylizer(LiveStylizer):
-    """Windowed inference: these systems look ahead as well as back, so each answer is the last sample of a window that
+    """Windowed inference: these systems look ahead as well as back, so each output is the last sample of a window that
     ends now.
 
     What is done with it - turns, strengths, smoothing, switches - is the same as for Motion Puzzle."""
 
-    SMOOTHING = 0.05  # seconds; nothing tells these systems what is to come, so they must not lag far behind
+    SMOOTHING = 0.05  # seconds; nothing says to these systems what is to come, so they must not lag far behind
     BLENDS = False  # codes are blended instead
     PERIOD = 2  # frames: as the samples of their windows lie
 
@@ -53,8 +53,8 @@ class WholeBodyStylizer(LiveStylizer):
         raise ValueError("this stylizer has no attention")
 
     def resample(self) -> None:
-        """Draws the styles of chance anew; parts that wear one glide into it. Raises ValueError where there are
-        none."""
+        """Samples the styles of the prior again; parts that show one are inertialized. Raises ValueError where there
+        are none."""
         if not self.bank.sampled:
             super().resample()
         self.bank.resample()
@@ -69,9 +69,9 @@ class WholeBodyStylizer(LiveStylizer):
         return windows[:, [-1, -1]]
 
     def _last(self, past: np.ndarray, mixer: StyleMixer) -> np.ndarray:
-        """By how much the last sample (21, 15) of a character's past (T, 21, 15) changes, each part as the answer in
-        its own style says. These systems make the whole pose, so there is no own style to take off: what they answer in
-        it tells less."""
+        """By how much the last sample (21, 15) of a character's past (T, 21, 15) changes, each part as the output in
+        its own style says. These systems make the whole pose, so there is no own style to take off: their output in
+        it says less."""
         model = self.bank.model
         joints = joints_by_code(
             [(part.name, part.other, part.share) if part.strength else None for part in mixer.parts]
@@ -79,7 +79,7 @@ class WholeBodyStylizer(LiveStylizer):
         codes = torch.stack([self._code(mixer.root_velocities[BODY], *blend) for blend in joints])
         window = np.concatenate([past, past[-1:].repeat(model.LOOK_AHEAD, axis=0)])
         styled = stylize_windows(model, window[None], codes, last=1 + model.LOOK_AHEAD)[:, 0]
-        return together(past[-1], dict(zip(joints, styled)), joints) - past[-1]
+        return combine_joints(past[-1], dict(zip(joints, styled)), joints) - past[-1]
 
     def _code(self, root_velocity: np.ndarray, name: str, other: str, share: float) -> Tensor:
         code = self.bank[name].at(root_velocity)

@@ -16,7 +16,7 @@ from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips, movements_in
-from stylizer.styles.style_file import FORMAT, checked, read_gait, read_own_motion, read_windows, write
+from stylizer.styles.style_file import FORMAT, read_checked, read_gait, read_own_motion, read_windows, write
 from stylizer.systems import checkpoint
 from stylizer.systems.registry import SYSTEMS, System
 
@@ -97,29 +97,33 @@ class StyleBank:
         known = (*self._styles, *(path.stem for path in self.user.glob("*.safetensors")))
         return name.lower() in map(str.lower, known)  # not every file system tells cases apart
 
-    def add(self, paths: Path | Sequence[Path], name: str, name_map: dict[str, str] | None = None) -> Added:
-        """Learns a style from one BVH clip or several and keeps it in the user's folder. Raises ValueError or OSError.
+    def add(self, name: str, *sources: str | Path | Clip, name_map: dict[str, str] | None = None) -> Added:
+        """Learns a style from one clip or several, of BVH files or in memory, and keeps it in the user's folder.
 
         Each kind of movement that a clip shows (sim.motion.gait.MOVEMENTS) becomes a clip of the style.
-        name_map: our joint -> theirs, for a skeleton whose names are not known (sim.retarget.joint_names.load)."""
+        name_map: our joint -> theirs, for a skeleton whose names are not known (sim.retarget.joint_names.load).
+        Raises ValueError for a name that is none or is taken and for a clip that is none, OSError for a file that
+        cannot be read or written."""
         self.check_new(name)
-        paths = [Path(paths)] if isinstance(paths, (str, Path)) else [Path(path) for path in paths]
-        clips = [load_clip(path, name_map) for path in paths]
+        if not sources:
+            raise ValueError(f"style '{name}' needs a clip to learn from: name one BVH file or more")
+        clips = [source if isinstance(source, Clip) else load_clip(Path(source), name_map) for source in sources]
+        titles = [clip.name if isinstance(source, Clip) else Path(source).name for source, clip in zip(sources, clips)]
         movements, taken = [], []
-        for path, clip in zip(paths, clips):
+        for source, title, clip in zip(sources, titles, clips):
             try:
                 found = movements_in(clip_features(clip))
             except ValueError as error:
-                raise ValueError(f"{path}: {error}") from error
+                raise ValueError(f"{title if isinstance(source, Clip) else source}: {error}") from error
             movements += found
-            taken += ["{}: {} from {:.1f} to {:.1f} s".format(path.name, m.name, *m.seconds) for m in found]
+            taken += ["{}: {} from {:.1f} to {:.1f} s".format(title, m.name, *m.seconds) for m in found]
         windows = [m.windows.astype(np.float16) for m in movements]
         file = self.user / f"{name}.safetensors"
         write(
             file,
             name,
             self._learned(windows, Gait.of(movements)),
-            {**self._made_for, "licence": "the user's own clips", "source": ", ".join(path.name for path in paths)},
+            {**self._made_for, "licence": "the user's own clips", "source": ", ".join(titles)},
             windows,
         )
         self._styles[name] = self._read(file)  # as every later start will find it: the file keeps half precision
@@ -155,7 +159,7 @@ class StyleBank:
         return self.user / f"{name}.safetensors"
 
     def _read(self, path: Path) -> StyleClips:
-        header, tensors = checked(path)
+        header, tensors = read_checked(path)
         gait = read_gait(header, tensors)
         if header["format"] != FORMAT or any(header.get(key) != value for key, value in self._made_for.items()):
             if "windows" not in tensors or path.stem == OWN:

@@ -72,12 +72,12 @@ CLIPS: dict[str, tuple[tuple[str, ...], str]] = {
 MARGIN = 0.15  # share of a clip at each end that is left out: starts, stops and T-poses
 
 
-def build(weights_name: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
+def build_bundled(weights_name: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
     """Computes with the given weights the own style, which needs no data, and every style of CLIPS whose first clip
     lies under data_dir; returns their names."""
     model, fingerprint = checkpoint.load(weights_name, weights_folder)
     own = read_own_motion(FOLDER / f"{OWN}.safetensors")
-    own_style.write(Path(out_dir), own, model, fingerprint)
+    own_style.write_own_style(Path(out_dir), own, model, fingerprint)
     written = [OWN]
     for name, (clips, licence) in CLIPS.items():
         movements = movements_of(data_dir, clips)
@@ -111,12 +111,10 @@ def movements_of(data_dir: Path, clips: Sequence[str]) -> list[Movement]:
     paths = [find_clip(data_dir, clip) for clip in clips]
     if paths[0] is None:
         return []
-    return [
-        movement for path in paths if path for movement in movements_in(without_ends(clip_features(load_clip(path))))
-    ]
+    return [movement for path in paths if path for movement in movements_in(trim_ends(clip_features(load_clip(path))))]
 
 
-def without_ends(features):
+def trim_ends(features):
     """A clip's features (frames, 21, 15) without MARGIN of them at either end."""
     margin = int(len(features) * MARGIN)
     return features[margin : len(features) - margin]

@@ -15,10 +15,18 @@ from sim.motion.features import STRIDE, clip_features
 from sim.retarget.retarget import load_clip
 from stylizer.data.domains import label_of
 from stylizer.styles.bank import BUNDLED, StyleBank
-from stylizer.styles.bundled_styles import CLIPS, find_clip, without_ends
+from stylizer.styles.bundled_styles import CLIPS, find_clip, trim_ends
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips, movements_in, no_cycles, style_windows
-from stylizer.styles.style_file import checked, gait_from, gait_tensors, read_gait, read_own_motion, read_windows, write
+from stylizer.styles.style_file import (
+    gait_from,
+    gait_tensors,
+    read_checked,
+    read_gait,
+    read_own_motion,
+    read_windows,
+    write,
+)
 from stylizer.systems import checkpoint
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
@@ -30,7 +38,7 @@ UNKNOWN_GAIT = Gait(("walk",), np.zeros((1, 3)), np.zeros(1), np.zeros(1), no_cy
 SAMPLED = "drawn"  # what the names of styles drawn by chance begin with
 
 
-def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
+def build_codes(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
     """Writes the codes of the own style, which needs no data, and of every style of `bundled.CLIPS` whose first clip
     lies under data_dir, into out_dir/codes/network.safetensors; returns their names."""
     model, fingerprint = checkpoint.load(network, weights_folder)
@@ -43,7 +51,7 @@ def build(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> 
         movements, labels = [], []
         for clip in clips:
             if path := find_clip(data_dir, clip):
-                found = movements_in(without_ends(clip_features(load_clip(path))))
+                found = movements_in(trim_ends(clip_features(load_clip(path))))
                 movements, labels = movements + found, labels + [label_of(clip.removesuffix(".bvh"))] * len(found)
         styles[name] = encode_codes(model, [m.windows for m in movements], Gait.of(movements), labels)
         speeds[name] = velocity_factor(movements[0].windows)
@@ -170,7 +178,7 @@ class CodeBank(StyleBank):
         }
 
     def _read(self, path: Path) -> StyleClips:
-        header, tensors = checked(path)
+        header, tensors = read_checked(path)
         if "windows" not in tensors:
             raise ValueError(f"{path} keeps no motion, which the {self.name} stylizer needs: add the style again")
         windows = [each.astype(np.float32) for each in read_windows(tensors)]
@@ -179,7 +187,7 @@ class CodeBank(StyleBank):
 
     @torch.inference_mode()
     def _read_points(self, path: Path) -> StyleClips:
-        points = checked(path)[1]["windows"].float()
+        points = read_checked(path)[1]["windows"].float()
         speed = points.diff(dim=1).norm(dim=-1).amax(dim=-1).mean() * FPS / STRIDE
         self._speeds[path.stem] = float(speed) * SEEN
         return StyleClips(self.model.encode_points(points).mean(dim=0)[None], UNKNOWN_GAIT)

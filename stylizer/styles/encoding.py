@@ -40,7 +40,8 @@ def encode_clips(
 ) -> StyleClips:
     """A style from the windows (m, WINDOW, 21, 15) of each of its clips.
 
-    own: the motion that will wear it, to whose strides its key poses are fitted; None for that motion's own style."""
+    own: the motion that will be restyled, to whose strides its key poses are fitted; None for that motion's own
+    style."""
     style = StyleClips(cat_batch([encode(model, each) for each in windows]), gait)
     return refit_clips(model, style, own) if own else style
 
@@ -74,8 +75,8 @@ def _reconcile_clips(model: MotionPuzzle, style: BlockFeatures, gait: Gait) -> B
 
 @torch.inference_mode()
 def _own_strides(model: MotionPuzzle, movement: str, own: OwnMotion) -> tuple[torch.Tensor, np.ndarray] | None:
-    """Of the controller's motion of one kind: which moments (5, 1, T, moments) it passes through, and at which stride
-    phases (T,). None where it makes no strides of that kind."""
+    """Of the controller's motion of one kind: which moments (5, 1, T, prototypes) it passes through, and at which
+    stride phases (T,). None where it makes no strides of that kind."""
     moments, phases = [], []
     for name, windows, phase in zip(own.gait.movements, own.windows, own.phases):
         if name.replace("_", " ").startswith(movement) and np.isfinite(phase).all():
@@ -89,8 +90,8 @@ def _own_strides(model: MotionPuzzle, movement: str, own: OwnMotion) -> tuple[to
 def _refine(
     model: MotionPuzzle, style: BlockFeatures, cycle: np.ndarray, moments: torch.Tensor, phases: np.ndarray
 ) -> BlockFeatures:
-    """Key poses that give a style's cycle (coefficients, 21, 12) back where the controller's moments (5, 1, T, moments)
-    pass at stride phases (T,): in a live session the moments are the controller's, not the clip's own."""
+    """Key poses that give a style's cycle (coefficients, 21, 12) back where the controller's moments (5, 1, T,
+    prototypes) pass at stride phases (T,): in a live session the moments are the controller's, not the clip's own."""
     poses = torch.from_numpy(cycle_at(cycle, phases).astype(np.float32))[None]
     mean, deviation = (values[..., BODY] for values in (model.mean, model.deviation))
     return model.key_poses.refit(style, moments, (poses.permute(2, 0, 1, 3) - mean) / deviation)

@@ -61,12 +61,12 @@ def read(folder: Path, points: tuple[str, ...], fps: float = 30.0) -> np.ndarray
         raise ValueError(
             f"{folder} holds {len(files)} .json files: give one a frame, {SHORTEST:.1f} s of video or more"
         )
-    frames = followed([people(path) for path in files])
+    frames = follow_person([people(path) for path in files])
     order = ORDERS[frames.shape[1]]
     seen = np.where(frames[..., 2:] > RELIABLE, frames[..., :2], np.nan)
     named = {name: seen[:, index] for index, name in enumerate(order)}
-    found = np.stack([whole(point_of(named, name), name, folder, fps) for name in points], axis=1)
-    return normalized(steadied(found, fps), points, folder, fps)
+    found = np.stack([fill_gaps(point_of(named, name), name, folder, fps) for name in points], axis=1)
+    return normalize_points(steady(found, fps), points, folder, fps)
 
 
 def people(path: Path) -> list[np.ndarray]:
@@ -87,7 +87,7 @@ def people(path: Path) -> list[np.ndarray]:
     return found
 
 
-def followed(frames: list[list[np.ndarray]]) -> np.ndarray:
+def follow_person(frames: list[list[np.ndarray]]) -> np.ndarray:
     """One person through all frames (F, n, 3): the surest of the first frame that has any, then who is nearest to where
     they were. Where nobody is seen, confidence is 0. Raises ValueError where nobody ever is, or the order of points
     changes."""
@@ -125,7 +125,7 @@ def point_of(named: dict[str, np.ndarray], name: str) -> np.ndarray:
     return np.where(np.isnan(ears), nose, ears)
 
 
-def whole(point: np.ndarray, name: str, folder: Path, fps: float) -> np.ndarray:
+def fill_gaps(point: np.ndarray, name: str, folder: Path, fps: float) -> np.ndarray:
     """(F, 2) with its gaps closed by straight lines, and held at the ends."""
     seen = np.flatnonzero(~np.isnan(point[:, 0]))
     if not len(seen):
@@ -139,14 +139,14 @@ def whole(point: np.ndarray, name: str, folder: Path, fps: float) -> np.ndarray:
     return np.stack([np.interp(frames, seen, point[seen, axis]) for axis in (0, 1)], axis=1)
 
 
-def steadied(points: np.ndarray, fps: float) -> np.ndarray:
+def steady(points: np.ndarray, fps: float) -> np.ndarray:
     """(F, n, 2) without outliers of a frame or two, and without jitter."""
     points = median_filter(points, (MEDIAN, 1, 1), mode="nearest")
     return gaussian_filter1d(points, SMOOTHING * fps, axis=0, mode="nearest")
 
 
-def normalized(points: np.ndarray, names: tuple[str, ...], folder: Path, fps: float) -> np.ndarray:
-    """(F, n, 2) in pixels -> metres about the hips at 60 Hz: the torso's usual length tells how large the person is."""
+def normalize_points(points: np.ndarray, names: tuple[str, ...], folder: Path, fps: float) -> np.ndarray:
+    """(F, n, 2) in pixels -> metres about the hips at 60 Hz: the torso's usual length says how large the person is."""
     points = (points - points[:, [names.index("Hips")]]) * (1.0, -1.0)
     torso = float(np.median(np.linalg.norm(points[:, names.index("Neck")], axis=-1)))
     if torso < SMALLEST_TORSO:

@@ -17,25 +17,26 @@ from sim.math.easing import smooth_step
 from sim.motion.clip import FPS
 from sim.motion.features import STRIDE, features_from
 from sim.motion.gait import stride_phase
+from sim.motion.thresholds import STYLE_WALK_OR_RUN
 from sim.session import Controller
 from stylizer.styles import style_file
 from stylizer.styles.encoding import encode_clips
-from stylizer.styles.style_clips import RUN_SPEEDS, SHORTEST, WINDOW, Gait, Movement, OwnMotion
+from stylizer.styles.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
-OWN = "neutral"  # the name of the own style: what untouched parts wear
+OWN = "neutral"  # the name of the own style, which parts keep that are not restyled
 SETTLE_SECONDS, SECONDS = 6, 10  # of each movement: before it counts, and that it is looked at
 WINDOWS = 9  # that are kept of each movement
 FORWARD = 0.0, 1.0
 
 
-def going(speed: float, gait: str = "walk", direction: tuple[float, float] = FORWARD, _: int = 0) -> Command:
+def walk_command(speed: float, gait: str = "walk", direction: tuple[float, float] = FORWARD, _: int = 0) -> Command:
     """Straight on, facing +Z, at metres a second, in a direction over the floor."""
     stick = speed / GAIT_SPEEDS[gait]
     return Command((direction[0] * stick, direction[1] * stick), FORWARD, gait)
 
 
-def curving(speed: float, rate: float, frame: int) -> Command:
+def turn_command(speed: float, rate: float, frame: int) -> Command:
     """Along a circle at metres a second and radians a second; on the spot where the speed is 0."""
     angle = rate * frame / FPS
     way = math.sin(angle), math.cos(angle)
@@ -47,22 +48,22 @@ Script = Callable[[int], Command]  # what is asked in each frame
 MOVEMENTS: dict[str, Script] = {
     "stand": lambda _: Command(),
     **{
-        f"walk_{speed}": partial(going, speed, "run" if speed > 1.3 else "walk", FORWARD)
+        f"walk_{speed}": partial(walk_command, speed, "run" if speed > 1.3 else "walk", FORWARD)
         for speed in (0.4, 0.65, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0)
     },
-    **{f"run_{speed}": partial(going, speed, "run", FORWARD) for speed in (2.5, 3.0, 3.5)},
-    **{f"back_{speed}": partial(going, speed, "walk", (0.0, -1.0)) for speed in (0.4, 0.65, 1.0, 1.3)},
+    **{f"run_{speed}": partial(walk_command, speed, "run", FORWARD) for speed in (2.5, 3.0, 3.5)},
+    **{f"back_{speed}": partial(walk_command, speed, "walk", (0.0, -1.0)) for speed in (0.4, 0.65, 1.0, 1.3)},
     **{
-        f"strafe_{side}_{speed}": partial(going, speed, "walk", (sign, 0.0))
+        f"strafe_{side}_{speed}": partial(walk_command, speed, "walk", (sign, 0.0))
         for side, sign in (("left", 1.0), ("right", -1.0))
         for speed in (0.4, 0.65, 0.85, 1.0, 1.15, 1.3)
     },
     **{
-        f"turn_{side}_{rate}": partial(curving, 1.0, sign * rate)
+        f"turn_{side}_{rate}": partial(turn_command, 1.0, sign * rate)
         for side, sign in (("left", 1.0), ("right", -1.0))
         for rate in (0.4, 0.8, 1.2)
     },
-    **{f"spin_{side}": partial(curving, 0.0, 1.5 * sign) for side, sign in (("left", 1.0), ("right", -1.0))},
+    **{f"spin_{side}": partial(turn_command, 0.0, 1.5 * sign) for side, sign in (("left", 1.0), ("right", -1.0))},
 }
 
 
@@ -88,11 +89,11 @@ def capture_motion(controller: Controller, fingerprint: str) -> OwnMotion:
         movements.append(Movement(name, features[samples], features, (0.0, float(SECONDS))))
         phases.append(np.full(samples.shape, np.nan) if phase is None else phase[samples])
     gait = Gait.of(movements)
-    runs = smooth_step(gait.root_velocities[:, 1], *RUN_SPEEDS)  # told as the content's is, by speed
+    runs = smooth_step(gait.root_velocities[:, 1], *STYLE_WALK_OR_RUN)  # decided as the content's is, by speed
     return OwnMotion([m.windows for m in movements], phases, gait._replace(runs=runs, residual=None), fingerprint)
 
 
-def write(folder: Path, motion: OwnMotion, model: MotionPuzzle, fingerprint: str) -> None:
+def write_own_style(folder: Path, motion: OwnMotion, model: MotionPuzzle, fingerprint: str) -> None:
     """Writes the own style as a network of Motion Puzzle, whose weights have that fingerprint, encodes it."""
     header = {
         "weights": fingerprint,

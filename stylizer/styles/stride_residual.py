@@ -72,7 +72,7 @@ def _closed(loop: np.ndarray) -> np.ndarray:
     return result
 
 
-def played(loop: np.ndarray, frame: int) -> np.ndarray:
+def play_residual(loop: np.ndarray, frame: int) -> np.ndarray:
     """A loop (T, ...) at 30 Hz at a frame of 60 Hz; between two samples by a cubic (Catmull and Rom 1974)."""
     sample, between = divmod(frame, STRIDE)
     if not between:

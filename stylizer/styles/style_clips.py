@@ -14,12 +14,13 @@ from sim.math.easing import smooth_step
 from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT, STRIDE
 from sim.motion.gait import HARMONICS, airborne_share, cadence, fit_cycle, movement_of, stride_phase
+from sim.motion.thresholds import STYLE_WALK_OR_RUN
 from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.stride_residual import rest_unsure_joints, stride_residual
 from stylizer.systems.motion_puzzle.config import KEY_POSES
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
-BODY = slice(0, LAYOUT["root"].start)  # the features that are not the root's way
+BODY = slice(0, LAYOUT["root"].start)  # the features that are not the root's path
 WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
 SHORTEST = WINDOW * STRIDE  # frames, about a second: one stride
 HOP = SHORTEST // 4  # frames between two windows that are looked at
@@ -30,7 +31,6 @@ SIDEWAYS = 2.0  # by how much more another direction counts than another speed
 TURN_UNIT = 2.0  # radians a second of turning that count as much as a speed SLOW e^1 does beside standing
 PLAYBACK_RATES = (0.7, 1.5)  # of the controller's motion, slowest and quickest
 PACE_STEPS = 200  # speeds that are looked at
-RUN_SPEEDS = (1.8, 2.4)  # metres a second between which a walk becomes a run
 RUN_APART = 2.0  # by which a run is further from a walk than its speed says
 NEAREST = 0.01  # closer than this a clip counts alone
 LEAST_WEIGHT = 0.02  # a clip that would count less than this is left out
@@ -134,7 +134,7 @@ class Gait(NamedTuple):
 
         Inverse distance weighting (Shepard 1968): smooth, exact at the clips, and needs no grid."""
         velocity = np.asarray(root_velocity, dtype=float)[..., None, :]
-        run = smooth_step(velocity[..., 1], *RUN_SPEEDS) - self.runs
+        run = smooth_step(velocity[..., 1], *STYLE_WALK_OR_RUN) - self.runs
         square = _apart(velocity, self.root_velocities) + np.square(RUN_APART * run) + NEAREST**2
         weights = square**-2
         weights = np.maximum(weights / weights.sum(axis=-1, keepdims=True) - LEAST_WEIGHT, 0.0)
@@ -261,7 +261,7 @@ class StyleClips:
         return result
 
 
-def single(features: StyleFeatures | Tensor, motion: np.ndarray) -> StyleClips:
+def single_clip(features: StyleFeatures | Tensor, motion: np.ndarray) -> StyleClips:
     """A style of one clip, encoded to features (a batch of 1, or a code (C,)), whose motion is features (frames, 21,
     15)."""
     gait = Gait(("clip",), _root_velocity(motion)[None], np.zeros(1), np.zeros(1), no_cycles(1), None)

@@ -90,7 +90,7 @@ def read_gait(header: dict[str, str], tensors: dict[str, torch.Tensor]) -> Gait:
 
 def read_own_motion(path: Path) -> OwnMotion:
     """The controller's motion that the file of the own style holds. Raises ValueError for a file without it."""
-    header, tensors = checked(path)
+    header, tensors = read_checked(path)
     if "phases" not in tensors:
         raise ValueError(
             f"{path} does not hold the controller's motion: run 'patchwalk styles capture', or reinstall Patchwalk"
@@ -100,7 +100,7 @@ def read_own_motion(path: Path) -> OwnMotion:
     return OwnMotion(windows, phases, read_gait(header, tensors), header.get("controller", ""))
 
 
-def checked(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
+def read_checked(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
     """Header and tensors of a style file. Raises ValueError for one that was made for something else."""
     header, tensors = checkpoint.read(path)
     former = header.get("format") == FORMER_FORMAT and "windows" in tensors

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor, nn
 
-from stylizer.data.domains import Labelled
+from stylizer.data.domains import DomainBatch
 
 
 class Adversarial(nn.Module):
@@ -20,7 +20,7 @@ class Adversarial(nn.Module):
         """The phases of a step and how far training is in them."""
         return self.PHASES, progress
 
-    def forward(self, phase: str, x: Labelled, step: int) -> dict[str, Tensor]:
+    def forward(self, phase: str, x: DomainBatch, step: int) -> dict[str, Tensor]:
         """The phase's terms of one batch."""
         return getattr(self, f"{phase}_losses")(x, step)
 

@@ -12,10 +12,10 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from sim.motion.features import POSE_CHANNELS
-from stylizer.data.domains import Labelled
-from stylizer.networks.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, for_each, newest, pooled
+from stylizer.data.domains import DomainBatch
+from stylizer.networks.blocks import ROOTED, AdaIN, DomainHead, InstanceNorm, Plain, ResBlock, for_each, newest, pool
 from stylizer.networks.graph import LEVELS
-from stylizer.networks.layers import Unpool, leaky, normalized
+from stylizer.networks.layers import Unpool, leaky, normalize
 from stylizer.systems.adversarial import Adversarial, slope_penalty
 from stylizer.systems.motion_puzzle.objective import Recipe
 from stylizer.systems.whole_body import HIPS, Restyled, WholeBody
@@ -110,9 +110,9 @@ class Decoder(nn.Module):
 
     def forward(self, levels: list[Tensor], code: Tensor) -> Tensor:
         """Features of G1, G2, G3 and codes (B, code) -> (21, B, T, 9)"""
-        x = normalized(levels[-1], (0, 2))
+        x = normalize(levels[-1], (0, 2))
         for unpool, block, skip in zip(self.unpools, self.blocks, levels[-2::-1]):
-            x = block(unpool(x), code) + normalized(skip, (0, 2))
+            x = block(unpool(x), code) + normalize(skip, (0, 2))
         return self.head(leaky(x))
 
 
@@ -129,7 +129,7 @@ class DomainEncoder(nn.Module):
 
     def forward(self, x: Tensor, domain: Tensor) -> Tensor:
         """(21, B, T, 9), (B,) -> (B, size)"""
-        return self.head(leaky(self.global_conv(pooled(leaky(self.trunk(x)[-1])))), domain)
+        return self.head(leaky(self.global_conv(pool(leaky(self.trunk(x)[-1])))), domain)
 
 
 class Mapping(nn.Module):
@@ -202,14 +202,14 @@ class Objective(Adversarial):
             "generator": [(rest, 1.0), (mapping, MAPPING_RATE)],
         }
 
-    def two_codes(self, x: Labelled, step: int) -> tuple[Tensor, Tensor]:
+    def two_codes(self, x: DomainBatch, step: int) -> tuple[Tensor, Tensor]:
         """s_1, s_2 of the target's domain: of two noises, or of two reference motions."""
         model, n = self.system, self.system.config.noise
         if step % 2:
             return model.encode(x.target, x.target_domain), model.encode(x.target_kin, x.target_domain)
         return tuple(model.code_from_noise(z, x.target_domain) for z in (x.noise[:, :n], x.noise[:, n : 2 * n]))
 
-    def discriminator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
+    def discriminator_losses(self, x: DomainBatch, step: int) -> dict[str, Tensor]:
         """D's side of Eq. 7."""
         with torch.no_grad():
             fake = self.system.stylize(x.source, self.two_codes(x, step)[0])
@@ -224,7 +224,7 @@ class Objective(Adversarial):
             terms["slope"] = slope_penalty(score, real)
         return terms
 
-    def generator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
+    def generator_losses(self, x: DomainBatch, step: int) -> dict[str, Tensor]:
         """G's, E's and F's side of Eq. 7, and Eq. 8 to 11."""
         model, motion = self.system, x.source[..., POSE_CHANNELS]
         first, second = self.two_codes(x, step)

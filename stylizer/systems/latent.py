@@ -10,7 +10,7 @@ from torch.nn import functional as F
 
 from sim.body.skeleton import JOINT_COUNT
 from sim.motion.features import LAYOUT
-from stylizer.data.domains import Labelled
+from stylizer.data.domains import DomainBatch
 from stylizer.networks.blocks import (
     BODY,
     AdaIN,
@@ -22,7 +22,7 @@ from stylizer.networks.blocks import (
     for_each,
     halving,
     newest,
-    pooled,
+    pool,
     stack,
     whole,
 )
@@ -152,7 +152,7 @@ class StyleEncoder(nn.Module):
         """z (1, B, T_z, D_z), one-hot (B, labels) -> mu, log sigma^2 (B, D_z^s)"""
         label = label[None, :, None].expand(-1, -1, z.shape[2], -1)
         x = self.block(self.stem(torch.cat([z, label], dim=3)))
-        mean, spread = self.head(pooled(leaky(x))).chunk(2, dim=1)
+        mean, spread = self.head(pool(leaky(x))).chunk(2, dim=1)
         return mean, spread.clamp(*SPREAD)
 
 
@@ -267,11 +267,11 @@ class Objective(nn.Module):
             return self.PHASES[:1], progress / FIRST_STAGE
         return self.PHASES[1:], (progress - FIRST_STAGE) / (1 - FIRST_STAGE)
 
-    def forward(self, phase: str, x: Labelled, step: int) -> dict[str, Tensor]:
+    def forward(self, phase: str, x: DomainBatch, step: int) -> dict[str, Tensor]:
         """The stage's terms of one batch."""
         return self.autoencoder_losses(x) if phase == "autoencoder" else self.stylization_losses(x)
 
-    def autoencoder_losses(self, x: Labelled) -> dict[str, Tensor]:
+    def autoencoder_losses(self, x: DomainBatch) -> dict[str, Tensor]:
         """Sec. 3.1 and 3.2.3."""
         model = self.system
         motion = torch.cat([x.any, x.source], dim=1)
@@ -298,7 +298,7 @@ class Objective(nn.Module):
         generator = torch.Generator().manual_seed(int(noise[0, :2].double().abs().sum() * 1e9))
         return torch.randn(z.shape, generator=generator).to(z.device)
 
-    def stylization_losses(self, x: Labelled) -> dict[str, Tensor]:
+    def stylization_losses(self, x: DomainBatch) -> dict[str, Tensor]:
         """Eq. 1 to 4 for z^1, z^2 of one sequence and z^3 of any other."""
         model, size = self.system, x.source.shape[1]
         motion = torch.cat([x.source, x.sibling, x.target], dim=1)

@@ -8,7 +8,7 @@ from typing import Any, Mapping
 
 
 class GlobalMotion(Enum):
-    """What a system does to the way over the floor of a whole clip."""
+    """What a system does to the root motion of a whole clip."""
 
     KEPT = "the content's is kept"
     WARPED = "time is warped by the style's speed (Aberman et al. 2020, Eq. 2)"

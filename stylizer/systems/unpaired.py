@@ -9,8 +9,9 @@ import torch
 from torch import Tensor, nn
 
 from sim.body.skeleton import INDEX, JOINT_COUNT
+from sim.body.torch_kinematics import forward_kinematics
 from sim.motion.features import LAYOUT
-from stylizer.data.domains import Labelled
+from stylizer.data.domains import DomainBatch
 from stylizer.networks.blocks import (
     BODY,
     AdaIN,
@@ -22,13 +23,13 @@ from stylizer.networks.blocks import (
     for_each,
     halving,
     newest,
-    pooled,
+    pool,
     stack,
     whole,
 )
 from stylizer.networks.layers import leaky
 from stylizer.systems.adversarial import Adversarial, slope_penalty
-from stylizer.systems.motion_puzzle.objective import Recipe, forward_kinematics
+from stylizer.systems.motion_puzzle.objective import Recipe
 from stylizer.systems.whole_body import Restyled, WholeBody
 
 POSITION, ROTATION = LAYOUT["position"], LAYOUT["rotation"]
@@ -123,7 +124,7 @@ class StyleEncoder(nn.Module):
         """(1, B, T, channels) -> z_s (B, code)"""
         for layer in self.convs:
             x = self.halve(leaky(layer(x)))
-        return self.head(pooled(x))
+        return self.head(pool(x))
 
 
 class Decoder(nn.Module):
@@ -225,7 +226,7 @@ class Discriminator(nn.Module):
     def _pooled(self, posed: Tensor) -> Tensor:
         for layer in self.convs:
             posed = self.halve(leaky(layer(posed)))
-        return pooled(posed)
+        return pool(posed)
 
     def score(self, feature: Tensor, domain: Tensor) -> Tensor:
         """(2 B, C), (B,) -> (2 B, 1)"""
@@ -248,7 +249,7 @@ class Objective(Adversarial):
             "generator": [(list(self.system.parameters()), 1.0)],
         }
 
-    def discriminator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
+    def discriminator_losses(self, x: DomainBatch, step: int) -> dict[str, Tensor]:
         """The discriminator's side of Eq. 4."""
         model, discriminator = self.system, self.discriminator
         with torch.no_grad():
@@ -263,7 +264,7 @@ class Objective(Adversarial):
             terms["slope"] = slope_penalty(score, real)
         return terms
 
-    def generator_losses(self, x: Labelled, step: int) -> dict[str, Tensor]:
+    def generator_losses(self, x: DomainBatch, step: int) -> dict[str, Tensor]:
         """Eq. 3 and the generator's sides of Eq. 4 to 7."""
         model, discriminator = self.system, self.discriminator
         clips = torch.cat([x.kin, x.target, x.target_kin], dim=1)
@@ -290,7 +291,7 @@ class Objective(Adversarial):
             "triplet": ((apart + MARGIN).clamp(min=0) * others).mean(),  # Eq. 7
         }
 
-    def views(self, x: Labelled) -> list[tuple[Tensor, Tensor]]:
+    def views(self, x: DomainBatch) -> list[tuple[Tensor, Tensor]]:
         """(yaw, scale), (3 B,) each, of every view, out of the batch's random numbers."""
         sampled = torch.special.ndtr(x.noise[:, : 2 * self.system.config.views]).repeat(3, 1)  # uniform in 0 .. 1
         spans = ((YAWS, sampled[:, 0::2]), (SCALES, sampled[:, 1::2]))

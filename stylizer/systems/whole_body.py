@@ -1,7 +1,7 @@
-"""Systems that restyle the whole body at once: what they share, and how one frame or a clip is made of their answers.
+"""Systems that restyle the whole body at once: what they share, and how one frame or a clip is made of their outputs.
 
-A style is one vector, its code. A part that wears it takes what the answer in that style says of its joints, so parts
-may wear different styles: the system is then asked once for each."""
+A style is one vector, its code. A part takes its joints from the output in its own style, so parts may have different
+styles: the system is then evaluated once for each."""
 
 from typing import Mapping, NamedTuple, Sequence
 
@@ -20,7 +20,7 @@ HIPS = INDEX["Hips"]
 
 
 class Restyled(NamedTuple):
-    """What a system answers, in the character's own frame, not normalized.
+    """What a system gives, in the character's own frame, not normalized.
 
     axes: (21, B, T, 6) forward and up axis of each joint; hips: (1, B, T, 3) metres, None: as low as lets the feet
     stand."""
@@ -34,7 +34,7 @@ class WholeBody(Scaled):
     taught."""
 
     KIND: str
-    # samples: a live window ends with its newest one held so long, for a system that answers its end weakly
+    # samples: a live window ends with its newest one held so long, for a system that gives its end weakly
     LOOK_AHEAD = 0
 
     def __init__(self, config) -> None:
@@ -69,7 +69,7 @@ class WholeBody(Scaled):
         return self.code_from_noise(noise, torch.tensor([domain]))[0]
 
     def nearest_domain(self, motion: Tensor) -> int:
-        """The domain whose mean posture is nearest to that of normalized windows (21, B, T, 15)."""
+        """The domain whose mean pose is nearest to that of normalized windows (21, B, T, 15)."""
         mean_pose = motion[..., POSE_CHANNELS].mean(dim=(1, 2))
         return int((self.mean_poses - mean_pose).abs().mean(dim=(1, 2)).argmin())
 
@@ -81,10 +81,10 @@ def stylize_windows(model: WholeBody, windows: np.ndarray, codes: Tensor, last: 
     result = model.restyled(model.normalize(torch.from_numpy(windows.astype(np.float32))), codes)
     axes, hips = (None if x is None else x.permute(1, 2, 0, 3)[:, -(last or 0) :].double().numpy() for x in result)
     content = np.tile(windows[:, -(last or 0) :], (len(codes) // len(windows), 1, 1, 1))
-    return completed(content, axes, None if hips is None else hips[..., 0, :])
+    return complete_features(content, axes, None if hips is None else hips[..., 0, :])
 
 
-def completed(content: np.ndarray, axes: np.ndarray, hips: np.ndarray | None) -> np.ndarray:
+def complete_features(content: np.ndarray, axes: np.ndarray, hips: np.ndarray | None) -> np.ndarray:
     """Features (..., T, 21, 15) of a body that turns as axes (..., T, 21, 6), its hips at (..., T, 3), with bones of
     our length, the root going the content's way. Without hips it stands as high over its feet as the content."""
     rotations = rot.from_6d(axes)
@@ -110,17 +110,19 @@ def velocities(content: np.ndarray, positions: np.ndarray) -> np.ndarray:
 
 
 def joints_by_code(wanted: Sequence[tuple | None]) -> dict[tuple, np.ndarray]:
-    """What the five parts wear -> the joints (n,) that wear it; parts that are given None wear nothing."""
+    """The five parts' codes -> the joints (n,) that take it; parts that are given None are not restyled."""
     return {
-        worn: np.flatnonzero([wanted[part] == worn for part in PART_OF_JOINT]) for worn in dict.fromkeys(wanted) if worn
+        code: np.flatnonzero([wanted[part] == code for part in PART_OF_JOINT]) for code in dict.fromkeys(wanted) if code
     }
 
 
-def together(content: np.ndarray, styled: Mapping[tuple, np.ndarray], joints: Mapping[tuple, np.ndarray]) -> np.ndarray:
-    """The content's features (..., 21, 15), each joint as the answer in its own style says."""
+def combine_joints(
+    content: np.ndarray, styled: Mapping[tuple, np.ndarray], joints: Mapping[tuple, np.ndarray]
+) -> np.ndarray:
+    """The content's features (..., 21, 15), each joint as the output in its own style says."""
     result = content.copy()
-    for worn, which in joints.items():
-        result[..., which, :] = styled[worn][..., which, :]
+    for code, which in joints.items():
+        result[..., which, :] = styled[code][..., which, :]
     return result
 
 

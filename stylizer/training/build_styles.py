@@ -16,7 +16,7 @@ from stylizer.styles.code_bank import FOLDER, encode_codes
 from stylizer.styles.encoding import refit_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import OwnMotion, StyleClips
-from stylizer.styles.style_file import checked, gait_tensors, read_gait, read_own_motion, write
+from stylizer.styles.style_file import gait_tensors, read_checked, read_gait, read_own_motion, write
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.whole_body import WholeBody, velocity_factor
@@ -28,7 +28,7 @@ def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]
 
     Raises ValueError, and writes nothing, where weights or styles are missing or do not belong together."""
     out_dir = Path(out_dir)
-    puzzle = {path: checked(path) for path in sorted(styles.glob("*.safetensors")) if path.stem != OWN}
+    puzzle = {path: read_checked(path) for path in sorted(styles.glob("*.safetensors")) if path.stem != OWN}
     codes = {path: checkpoint.read(path) for path in sorted((styles / FOLDER).glob("*.safetensors"))}
     model, fingerprint = checkpoint.load()
     systems = {path: checkpoint.load(path.stem) for path in codes}
@@ -38,7 +38,7 @@ def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]
         if "movements" not in header:
             raise ValueError(f"{path} was made by another version of Patchwalk: reinstall it or train again")
 
-    own_style.write(out_dir, own, model, fingerprint)
+    own_style.write_own_style(out_dir, own, model, fingerprint)
     # as every later reader finds it: the file keeps half precision
     own = read_own_motion(out_dir / f"{OWN}.safetensors")
     for path, file in puzzle.items():

@@ -31,7 +31,7 @@ def wait() -> None:
         distributed.barrier()
 
 
-def of_first(seconds: float) -> float:
+def share_first(seconds: float) -> float:
     """The first process's clock, so that all stop after the same step."""
     if not distributed.is_initialized():
         return seconds

@@ -10,7 +10,8 @@ from typing import Callable, Sequence, TypeVar
 from tqdm import tqdm
 
 from stylizer.data.dataset import MotionData, pack
-from stylizer.styles import bundled_styles, code_bank
+from stylizer.styles.bundled_styles import build_bundled
+from stylizer.styles.code_bank import build_codes
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.objective import RECIPES
 from stylizer.systems.registry import all_networks
@@ -43,7 +44,7 @@ def train(
     and the first one writes. Returns the weight file's path. Raises ValueError for unknown names and where the folder
     holds nothing to learn from."""
     data_dir, out_dir = Path(data_dir), Path(out_dir)
-    make = trainer_of(network, recipe)
+    make = make_trainer(network, recipe)
     with Processes() as rank:
         if rank == 0:
             pack(data_dir, out_dir / "motion")
@@ -80,25 +81,24 @@ def train(
                     trainer.save_weights(path, data_dir, command + left_out)
         if rank == 0:
             plot_curve(out_dir / "curve.csv")
-            (bundled_styles if all_networks()[network].by_part else code_bank).build(
-                network, out_dir, data_dir, out_dir / "styles"
-            )
+            build = build_bundled if all_networks()[network].by_part else build_codes
+            build(network, out_dir, data_dir, out_dir / "styles")
         wait()
     return path
 
 
-def trainer_of(network: str, recipe: str) -> Callable[[MotionData, int], Trainer]:
+def make_trainer(network: str, recipe: str) -> Callable[[MotionData, int], Trainer]:
     """What makes the trainer of a network, of data and a seed. Raises ValueError for unknown names."""
-    system = named(all_networks(), network, "network")
+    system = look_up(all_networks(), network, "network")
     if not system.by_part:
         if recipe != "ours":
             raise ValueError(f"{network} has one recipe: leave --recipe out")
         return lambda data, seed: SystemTrainer(data, network, seed)
-    how = named(RECIPES, recipe, "recipe")
+    how = look_up(RECIPES, recipe, "recipe")
     return lambda data, seed: Trainer(data, system.load_configs()[network], how, seed)
 
 
-def named(table: dict[str, T], name: str, what: str) -> T:
+def look_up(table: dict[str, T], name: str, what: str) -> T:
     """What a table has under a name. Raises ValueError for another one."""
     if name not in table:
         raise ValueError(f"there is no {what} '{name}': use one of {', '.join(table)}")

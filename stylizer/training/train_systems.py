@@ -9,11 +9,12 @@ import torch
 from torch import distributed
 
 from sim.motion.features import POSE_CHANNELS
+from sim.torch_setup import set_up_torch
 from stylizer.data.dataset import MotionData
 from stylizer.data.domains import LabelledSampler, as_inputs, labels_of, mean_poses
-from stylizer.data.sampler import statistics
+from stylizer.data.sampler import measure_statistics
 from stylizer.systems.registry import all_networks
-from stylizer.training.trainer import HELD_OUT_BATCHES, SECOND_MOMENT, Trainer, falling
+from stylizer.training.trainer import HELD_OUT_BATCHES, SECOND_MOMENT, Trainer, learning_rate_at
 
 
 class SystemTrainer(Trainer):
@@ -29,7 +30,7 @@ class SystemTrainer(Trainer):
         if distributed.is_initialized():
             raise ValueError(f"{network} learns in one process: start it without torchrun")
         torch.manual_seed(seed)
-        torch.set_flush_denormal(True)
+        set_up_torch(one_thread=False)
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         system, learned_from = all_networks()[network], data.split(held_out=False)
         module = system.load_training()
@@ -41,7 +42,7 @@ class SystemTrainer(Trainer):
         self.sampler = samplers[0]
         self.objective = module.Objective(config)
         self.model = self.objective.system
-        self.model.set_statistics(*statistics(LabelledSampler(learned_from, labels, config.window, seed)))
+        self.model.set_statistics(*measure_statistics(LabelledSampler(learned_from, labels, config.window, seed)))
         self.model.mean_poses.copy_(
             mean_poses(self.model, LabelledSampler(learned_from, labels, config.window, seed), POSE_CHANNELS)
         )
@@ -68,7 +69,7 @@ class SystemTrainer(Trainer):
         start, self.progress = time.perf_counter(), progress
         phases, done = self.objective.schedule(progress)
         for group in self.optimizer.param_groups:
-            group["lr"] = self.recipe.learning_rate * group["rate"] * falling(done)
+            group["lr"] = self.recipe.learning_rate * group["rate"] * learning_rate_at(done)
         inputs = as_inputs(self.sampler.batch(self.recipe.batch), self.model, self.device)
         terms: dict[str, torch.Tensor] = {}
         for phase in phases:

@@ -13,13 +13,14 @@ from torch import distributed, nn
 from sim.body.skeleton import PARTS
 from sim.io.atomic_write import atomic_write
 from sim.io.provenance import commit, credit
+from sim.torch_setup import set_up_torch
 from stylizer.data.dataset import MotionData
-from stylizer.data.sampler import Batch, Sampler, statistics
+from stylizer.data.sampler import Batch, Sampler, measure_statistics
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.config import Config
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.objective import OURS, Inputs, Recipe, losses
-from stylizer.training.distributed import of_first
+from stylizer.systems.motion_puzzle.objective import OURS, Inputs, Recipe, compute_losses
+from stylizer.training.distributed import share_first
 
 DECAY_FROM = 0.5  # share of the time after which the learning rate falls along a cosine, to FINAL_RATE of it
 FINAL_RATE = 0.02
@@ -38,7 +39,7 @@ class Objective(nn.Module):
         self.model, self.recipe = model, recipe
 
     def forward(self, inputs: Inputs, late: bool) -> dict[str, torch.Tensor]:
-        return losses(self.model, inputs, self.recipe, late)
+        return compute_losses(self.model, inputs, self.recipe, late)
 
 
 class Trainer:
@@ -48,14 +49,14 @@ class Trainer:
 
     def __init__(self, data: MotionData, config: Config, recipe: Recipe = OURS, seed: int = 1) -> None:
         torch.manual_seed(seed)
-        torch.set_flush_denormal(True)
+        set_up_torch(one_thread=False)
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self.half = has_fast_bf16(self.device)
         self.recipe = recipe
         learned_from = data.split(held_out=False)
         self.sampler = Sampler(learned_from, seed)
         self.model = MotionPuzzle(config)
-        self.model.set_statistics(*statistics(Sampler(learned_from, seed)))
+        self.model.set_statistics(*measure_statistics(Sampler(learned_from, seed)))
         if config.key_poses:
             clips = Sampler(learned_from, seed).batch(FIRST_CLIPS).target
             self.model.key_poses.begin(self.model.normalize(torch.from_numpy(clips)))
@@ -78,7 +79,7 @@ class Trainer:
     def update(self, progress: float) -> dict[str, float]:
         """One step of the optimiser; progress 0..1 sets the learning rate. Returns the losses by name."""
         start = time.perf_counter()
-        self.optimizer.param_groups[0]["lr"] = self.recipe.learning_rate * falling(progress)
+        self.optimizer.param_groups[0]["lr"] = self.recipe.learning_rate * learning_rate_at(progress)
         size, late = self.recipe.batch, progress > DECAY_FROM
         terms = self._losses(self.objective, self.sampler.batch(size), draw_mixing(self.sampler.random, size), late)
         self.optimizer.zero_grad(set_to_none=True)
@@ -91,7 +92,7 @@ class Trainer:
         """Ends a step that began at `start` seconds: average, clock and curve. Gives the losses as numbers."""
         self.average.update_parameters(self.model)
         self.step += 1
-        self.spent = of_first(self.spent + time.perf_counter() - start)
+        self.spent = share_first(self.spent + time.perf_counter() - start)
         result = {name: value.item() for name, value in terms.items()}
         self.recent.append(result)
         if len(self.recent) == LOG_EVERY:
@@ -100,7 +101,9 @@ class Trainer:
 
     def _close_row(self) -> None:
         means = {
-            name: float(np.mean([losses[name] for losses in self.recent if name in losses] or [np.nan]))
+            name: float(
+                np.mean([compute_losses[name] for compute_losses in self.recent if name in compute_losses] or [np.nan])
+            )
             for name in self.recipe.weights
         }
         self.rows.append({"step": self.step, "minutes": self.spent / 60, **means})
@@ -178,7 +181,7 @@ class Trainer:
         return value + (average - value) * keep
 
 
-def falling(progress: float) -> float:
+def learning_rate_at(progress: float) -> float:
     """The share of the learning rate at 0..1 of the time: all of it, then down along a cosine to FINAL_RATE."""
     decay = min(max(0.0, (progress - DECAY_FROM) / (1 - DECAY_FROM)), 1.0)
     return FINAL_RATE + (1 - FINAL_RATE) * 0.5 * (1 + math.cos(math.pi * decay))

@@ -104,7 +104,7 @@ def test_an_own_style_of_another_controller_is_refused(line, folder, monkeypatch
 
 def test_a_failing_replay_keeps_the_older_file(folder, fake_models, monkeypatch):
     Path("out.npz").write_text("precious")
-    monkeypatch.setattr("sim.io.poses_npz.arrays", lambda frames: 1 / 0)
+    monkeypatch.setattr("sim.io.poses_npz.to_arrays", lambda frames: 1 / 0)
     with pytest.raises(ZeroDivisionError):  # a bug of ours may well show its traceback
         cli.main("replay good.jsonl --headless --poses out.npz".split())
     assert Path("out.npz").read_text() == "precious" and not list(folder.glob(".patchwalk-*"))
@@ -145,8 +145,10 @@ def no_video(path) -> None:
 def test_bench_reports_every_field(folder, fake_models, monkeypatch, capsys):
     monkeypatch.setattr(assemble, "BUNDLED_RECORDING", folder / "good.jsonl")
     monkeypatch.setattr("demo.bench.bench.TURNS", 2)
-    monkeypatch.setattr("demo.bench.bench.rival", lambda config: config)
-    monkeypatch.setattr("demo.bench.bench.timed", {CONFIGS["full"]: 0.03, CONFIGS["paper_slim"]: 0.02}.get)  # seconds
+    monkeypatch.setattr("demo.bench.bench.make_rival", lambda config: config)
+    monkeypatch.setattr(
+        "demo.bench.bench.time_call", {CONFIGS["full"]: 0.03, CONFIGS["paper_slim"]: 0.02}.get
+    )  # seconds
     rows = [
         {
             "model": "slim",

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 SCRIPT = """
 import json, sys
 from demo import assemble
@@ -24,3 +26,21 @@ def test_a_session_imports_only_what_it_needs_and_runs_on_one_thread():
     modules, torch_threads, threads = json.loads(done.stdout)
     assert not NEEDLESS & set(modules)
     assert torch_threads == threads == 1
+
+
+BY_HAND = """
+import torch
+from controller.runtime.controller import PhaseFunctionedController
+from stylizer.runtime.live import LiveStylizer
+from stylizer.styles.bank import StyleBank
+torch.set_num_threads(2)
+{}
+print(torch.get_num_threads())
+"""
+
+
+@pytest.mark.parametrize("made", ["LiveStylizer(StyleBank())", "PhaseFunctionedController.from_pretrained()"])
+def test_a_model_that_is_built_by_hand_runs_on_one_thread_too(made):
+    root = Path(__file__).parents[2]
+    done = subprocess.run([sys.executable, "-c", BY_HAND.format(made)], cwd=root, capture_output=True, text=True)
+    assert done.stdout.strip() == "1", done.stderr

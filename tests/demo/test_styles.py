@@ -40,7 +40,7 @@ def test_several_files_make_one_style_and_each_says_what_was_taken(clips, capsys
     )
     assert cli.main(["styles", "list"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == list(catalogue.bank().names)
+    assert [line.split()[0] for line in lines] == list(catalogue.load_bank().names)
     columns = {line.split()[0]: line.split("  ", 1)[1].strip() for line in lines}
     assert (
         columns["limp"] == "walk, run, stand" and "strafe left" in columns["neutral"] and "_" not in columns["neutral"]
@@ -60,7 +60,7 @@ def test_one_that_cannot_be_used_is_named_and_nothing_is_learned(clips, capsys, 
     assert cli.main(["styles", "add", *words.split(), "--name", "limp"]) == 2
     out, wrong = capsys.readouterr()
     assert said in wrong and wrong.count("\n") == 1 and out == ""
-    assert "limp" not in catalogue.bank().names
+    assert "limp" not in catalogue.load_bank().names
 
 
 class Points:
@@ -73,7 +73,7 @@ class Points:
 
 
 def test_key_points_make_a_style_by_themselves(clips, capsys, monkeypatch):
-    monkeypatch.setattr(catalogue, "bank", lambda name: Points())
+    monkeypatch.setattr(catalogue, "load_bank", lambda name: Points())
     assert cli.main(["styles", "add", "walk.bvh", "points", "--name", "limp", "--stylizer", "unpaired"]) == 2
     assert "points is a folder: key points make a style by themselves, so name it alone" in capsys.readouterr().err
 

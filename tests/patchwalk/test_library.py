@@ -6,6 +6,7 @@ import pytest
 
 import patchwalk as pw
 from demo.examples import crowd, register_style, stylize_clip, train_controller, walk
+from demo.tools import api
 from tests.support.walker import walking_clip
 
 
@@ -44,6 +45,22 @@ def test_a_style_is_spelt_as_it_is_meant():
         pw.StyleSpec({"tail": "old"})
     with pytest.raises(ValueError, match="strength of arms is 99"):
         pw.StyleSpec({"arms": ("old", 99)})
+
+
+def test_the_ten_lines_of_the_front_door(own_styles, walk_file, tmp_path):
+    controller, stylizer = pw.load_controller(), pw.load_stylizer()
+    session = pw.Session(controller, stylizer)
+    session.step(pw.Command(move=(0, 1), gait="walk", style={"arms": ("old", 0.8)}))
+    stylizer.bank.add("limp", pw.load_clip(walk_file))
+    pw.save_bvh(tmp_path / "out.bvh", pw.stylize(pw.load_clip(walk_file), {"legs": "limp"}, stylizer))
+    assert len(pw.load_clip(tmp_path / "out.bvh")) == len(pw.load_clip(walk_file))
+    assert "limp" in pw.load_stylizer().styles, "and kept for the next start"
+    with pytest.raises(ValueError, match="style 'none' needs a clip"):
+        stylizer.bank.add("none")
+
+
+def test_the_page_of_the_library_is_that_of_its_docstrings():
+    assert api.FILE.read_text(encoding="utf-8") == api.api_text(), "run `python -m demo.tools.api`"
 
 
 def test_the_examples_run(own_styles, walk_file, tmp_path, capsys, monkeypatch):

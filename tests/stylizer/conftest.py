@@ -72,6 +72,6 @@ def bank(tmp_path, monkeypatch):
     model, fingerprint = checkpoint.load("tiny")
     elsewhere = np.random.default_rng(0).normal(size=(21, 15))
     own = own_motion(features)
-    own_style.write(tmp_path / "styles", own, model, fingerprint)
+    own_style.write_own_style(tmp_path / "styles", own, model, fingerprint)
     write_style(tmp_path / "styles", "other", model, fingerprint, [movement(features + elsewhere)], own)
     return StyleBank("tiny", tmp_path / "styles", tmp_path / "user")

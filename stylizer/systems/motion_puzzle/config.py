@@ -31,7 +31,7 @@ class Config:
     root_units: int = 0  # hidden units by which the content's root velocity conditions BP-AdaIN; 0: none
     decodes: bool = True  # False: the decoder adds nothing to the key poses
     residual_output: bool = (
-        False  # the content is decoded in its own style as well, and how the two answers differ is put on
+        False  # the content is decoded in its own style as well, and how the two outputs differ is put on
     )
 
     def conv(self, level: int, channels_in: int, channels_out: int, taps: int = 0) -> STConv:

@@ -51,7 +51,7 @@ class TorchInference:
         own: StyleFeatures,
     ) -> tuple[np.ndarray, np.ndarray]:
         """What key poses make of the moment that poses, features (batch, 21, 15), are in: as it is in the style, of a
-        body that goes mean ways over the floor (batch, 3), and as it is in their own, of motion that goes its own
+        body that goes mean root motions (batch, 3), and as it is in their own, of motion that goes its own
         (batch, 3). Without key poses both are the poses."""
         key_poses, model = self.model.key_poses, self.model
         if not key_poses:
@@ -84,13 +84,13 @@ class TorchInference:
 
 
 def known_by_part(known: np.ndarray) -> np.ndarray:
-    """How far translation knows ways (B, 1), for each part (5, B, 1): of legs it always has to tell, for who stands
-    does not walk."""
+    """How far direction transfer knows root velocities (B, 1), for each part (5, B, 1): of legs it always has to tell,
+    for who stands does not walk."""
     return np.where(UPPER[:, None, None], known, 1.0).astype(np.float32)
 
 
-def inference_form(model: MotionPuzzle) -> "TorchInference | FastInference":
-    """The quick one for a network of the shape that is shipped; another answers for itself."""
+def to_inference(model: MotionPuzzle) -> "TorchInference | FastInference":
+    """The quick one for a network of the shape that is shipped; another one runs as it is."""
     return FastInference(model) if FastInference.fits(model.config) else TorchInference(model)
 
 
@@ -216,8 +216,8 @@ class _KeyPoses:
         self.fields, self.joints = poses.fields, poses.parts.back.numpy()
         # (5, 1, 1)
         moments, sharpness = poses.prototypes.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]
-        self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, moments)
-        self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, moments)
+        self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, prototypes)
+        self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, prototypes)
 
     def __call__(
         self,
@@ -228,8 +228,8 @@ class _KeyPoses:
         own: BlockFeatures,
     ) -> np.ndarray:
         """The moment that normalized poses (batch, 21, 15) are in, with a style and with their own: (2, batch, 21, 12).
-        ways: (3, batch, 3) of the body, of the poses' own motion, and what of the first translation knows, each part as
-        far as known (batch, 5, 1)."""
+        root_velocities: (3, batch, 3) of the body, of the poses' own motion, and what of the first translation knows,
+        each part as far as known (batch, 5, 1)."""
         attention, scale = self._attend(poses, own)[:, :, None], np.array([style.scale, own.scale])
         mean, _, source_prediction, root_velocity, code = (scale[..., field] for field in self.fields)
         root_velocities = root_velocities[:, :, None].repeat(len(PARTS), axis=2)
@@ -248,7 +248,7 @@ class _KeyPoses:
         return (mean + shift + moves).reshape(2, len(poses), -1, BODY.stop)[:, :, self.joints]
 
     def _attend(self, pose: np.ndarray, own: BlockFeatures) -> np.ndarray:
-        """(batch, 5, moments)"""
+        """(batch, 5, prototypes)"""
         mean, deviation = (
             own.scale[..., field].reshape(len(own.scale), -1, BODY.stop)[:, self.joints] for field in self.fields[:2]
         )
@@ -334,7 +334,7 @@ class _StyleNet:
         x = _leaky(centred * (scale[..., None, :] / deviation) + bias[..., None, :])
         x = self.conv1(x.reshape(-1, *shape[2:])).reshape(by_part)
         centred, deviation = _centred(x)
-        seen = shape[-2] if last is None else last + self.reach  # samples that the answer depends on from here
+        seen = shape[-2] if last is None else last + self.reach  # samples that the output depends on from here
         x, asking = (
             a.reshape(shape)[..., -seen:, :].reshape(*by_part[:3], -1, shape[-1]) for a in (x, centred / deviation)
         )

@@ -1,5 +1,5 @@
 """Key poses: what a style looks like at the moments that movements have in common, put straight on the decoder's
-answer.
+output.
 
 The attention of BP-ATN (Jang et al. 2022, Sec. 4.4) at the resolution of joints: each body part has MOMENTS that it
 learned to tell, most of them steps of a gait. A style clip says how the part is held in each of them (its key poses),
@@ -20,19 +20,19 @@ from stylizer.networks.layers import BlockFeatures, Parts, leaky
 from stylizer.systems.motion_puzzle.direction_transfer import CODE as STYLE_CODE
 from stylizer.systems.motion_puzzle.direction_transfer import LEAST, ROOT, ROOT_SIZE, DirectionTransfer
 
-BODY = slice(0, ROOT.start)  # all but the way over the floor, which is the content's
-HIDDEN, CODE = 96, 16  # units of the network that tells moments, and of the code it tells them by
-QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves tells little
-# Sideways, forward, turning: how little another way may be trusted at most. A slow walk does say how legs move in a
-# quick one; learning alone, whose loss is fond of medians, makes legs hardly ever listen to it.
+BODY = slice(0, ROOT.start)  # all but the root motion, which is the content's
+HIDDEN, CODE = 96, 16  # units of the network that assigns a pose to prototypes, and of the code it compares
+QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves says little
+# Sideways, forward, turning: how little another root velocity may count at most. A slow walk does say how legs move in
+# a quick one; learning alone, whose loss is fond of medians, makes legs hardly ever listen to it.
 MAX_INVERSE_SCALE = torch.tensor([math.inf, 0.15, math.inf])[:, None]
-SHARPNESS = 3.0  # how surely moments are told at first: minus the score at the mean distance of two poses' codes
-RIDGE = 0.03  # how much dearer it is to change a moment that is never told than to miss the clip's poses
+SHARPNESS = 3.0  # how sharp the assignment is at first: minus the score at the mean distance of two poses' codes
+RIDGE = 0.03  # how much dearer it is to change a prototype that no pose is assigned to than to miss the clip's poses
 
 
 class Fields(NamedTuple):
     """Where in the scale of a clip's key poses what lies: statistics of every number, what `DirectionTransfer` says of
-    the clip on its own way, that mean way over the floor, and the style's code."""
+    the clip at its own root velocity, that mean root velocity, and the style's code."""
 
     mean: slice
     deviation: slice
@@ -42,10 +42,10 @@ class Fields(NamedTuple):
 
 
 class KeyPoses(nn.Module):
-    """The moments of five body parts, and what tells them from a whole body without its style.
+    """The prototypes of five body parts, and the network that assigns a whole body without its style to them.
 
     A pose loses its style by its clip's own statistics: mean and deviation of every joint. As a `BlockFeatures` a
-    clip's key poses are: bias, the flattened table (5, B, moments n 12) of n joints a part, as they differ from the
+    clip's key poses are: bias, the flattened table (5, B, prototypes n 12) of n joints a part, as they differ from the
     mean; scale, the `fields` of (5, B, 4 n 12 + 3 + 16), see `Fields`; no tokens."""
 
     def __init__(self, moments: int) -> None:
@@ -61,7 +61,7 @@ class KeyPoses(nn.Module):
         self.prototypes = nn.Parameter(torch.randn(len(PARTS), moments, CODE))
         # logarithms: of a style's poses, of the content's
         self.sharpness = nn.Parameter(torch.zeros(2, len(PARTS), 1, 1, 1))
-        # logarithms: how little another way is trusted
+        # logarithms: how little another root velocity counts
         self.log_inverse_scale = nn.Parameter(torch.full((len(PARTS), ROOT_SIZE, 1), -1.5))
 
     @torch.no_grad()
@@ -80,7 +80,8 @@ class KeyPoses(nn.Module):
         return body.mean(2, keepdim=True), body.var(2, keepdim=True, correction=0).add(1e-6).sqrt()
 
     def codes(self, motion: Tensor, statistics: tuple[Tensor, Tensor]) -> Tensor:
-        """What tells the moments: (21, B, T, 15), statistics (21, B, 1, 12) -> (5, B, T, CODE)."""
+        """The codes that are compared with the prototypes': (21, B, T, 15), statistics (21, B, 1, 12) -> (5, B, T,
+        CODE)."""
         mean, deviation = statistics
         bare = (motion[..., BODY] - mean) / (deviation + QUIET)
         # who runs moves more than their own style's walk
@@ -89,7 +90,7 @@ class KeyPoses(nn.Module):
         return self.code(leaky(self.hidden(inputs))).unflatten(2, (len(PARTS), CODE)).permute(2, 0, 1, 3)
 
     def scores(self, codes: Tensor, side: int) -> Tensor:
-        """(5, B, T, CODE) -> (5, B, T, moments), larger the nearer."""
+        """(5, B, T, CODE) -> (5, B, T, prototypes), larger the nearer."""
         moments = self.prototypes[:, None]
         near = (
             2 * codes @ moments.transpose(2, 3)
@@ -118,7 +119,7 @@ class KeyPoses(nn.Module):
         return BlockFeatures(scale, table.flatten(2), none, none)
 
     def refit(self, style: BlockFeatures, attention: Tensor, poses: Tensor) -> BlockFeatures:
-        """The key poses changed so that moments told (5, 1, T, moments) show normalized poses (21, 1, T, 12)."""
+        """The key poses changed so that attention (5, 1, T, prototypes) shows normalized poses (21, 1, T, 12)."""
         mean = style.scale[..., self.fields.mean][:, :, None]
         table = style.bias.unflatten(2, (attention.shape[3], -1))
         return style._replace(bias=_ridge_refine(table, attention, self._by_part(poses) - mean).flatten(2))
@@ -143,13 +144,13 @@ class KeyPoses(nn.Module):
         return self.parts.split(values).permute(0, 2, 3, 1, 4).flatten(3)
 
     def inverse_scale(self) -> Tensor:
-        """(5, 3, 1) how quickly trust falls with the square of what lies between two ways: sideways, forward,
-        turning."""
+        """(5, 3, 1) how quickly the kernel falls with the square of what lies between two root velocities: sideways,
+        forward, turning."""
         return self.log_inverse_scale.exp().minimum(MAX_INVERSE_SCALE.to(self.log_inverse_scale))
 
     def attend(self, motion: Tensor, own: BlockFeatures) -> Tensor:
-        """Which moments normalized motion (21, B, T, 15) in its own style passes through: (5, B, T, moments), sums of
-        one."""
+        """Which moments normalized motion (21, B, T, 15) in its own style passes through: (5, B, T, prototypes), sums
+        of one."""
         mean, deviation = (
             self.parts.join(own.scale[..., field].unflatten(2, (-1, BODY.stop)).transpose(1, 2))[:, :, None]
             for field in self.fields[:2]
@@ -159,8 +160,8 @@ class KeyPoses(nn.Module):
     def pose_statistics(
         self, style: BlockFeatures, root_velocity: Tensor, known: Tensor | float = 1.0
     ) -> tuple[Tensor, Tensor]:
-        """Of a style that goes another way (B, 3): the mean, and the logarithm of what its movement is multiplied by,
-        two of (5, B, n 12). known: (5, B, 1) how far translation knows that way."""
+        """Of a style at another root velocity (B, 3): the mean, and the logarithm of what its movement is multiplied
+        by, two of (5, B, n 12). known: (5, B, 1) how far direction transfer knows that velocity."""
         mean, _, source_prediction, _, code = (style.scale[..., field] for field in self.fields)
         shift, gain = self.direction_transfer(code, source_prediction, root_velocity)
         return mean + known * shift, known * gain
@@ -175,13 +176,13 @@ class KeyPoses(nn.Module):
         known_direction: Tensor | None = None,
         known: Tensor | float = 1.0,
     ) -> Tensor:
-        """What is put on motion in its own style, going a way (B, 3), so that it wears another: told (5, B, T, moments)
-        -> (21, B, T, 15).
+        """What is added to motion in its own style at a root velocity (B, 3) so that it has another: attention
+        (5, B, T, prototypes) -> (21, B, T, 15).
 
-        The style's mean posture for its own, and the style's movement, moment by moment, as far as its clip goes the
-        same way over the floor: a walk says little about the moments of a step back. own_way: (B, 3) of the motion
-        itself, where styled legs carry the body another way than it goes; known_way: (B, 3) what of the way translation
-        knows, known: (5, B, 1) how far the way is of that kind."""
+        The style's mean pose for its own, and the style's movement, moment by moment, as far as its clip goes the same
+        root motion: a walk says little about the moments of a step back. own_root_velocity: (B, 3) of the motion
+        itself, where styled legs carry the body at another; known_direction: (B, 3) what of the root velocity direction
+        transfer knows, known: (5, B, 1) how far the velocity is of that kind."""
         kernel = torch.exp(
             -(
                 (style.scale[..., self.fields.root_velocity] - root_velocity)[:, :, None].square()
@@ -201,13 +202,13 @@ class KeyPoses(nn.Module):
     def _styled_statistics(
         self, attention: Tensor, root_velocity: Tensor, clip: BlockFeatures, known: Tensor | float = 1.0
     ) -> tuple[Tensor, Tensor]:
-        """How a clip's parts are held going this way, (5, B, 1, n 12), and how they move, (5, B, T, n 12)."""
+        """How a clip's parts are held at this root velocity, (5, B, 1, n 12), and how they move, (5, B, T, n 12)."""
         mean, gain = (values[:, :, None] for values in self.pose_statistics(clip, root_velocity, known))
         return mean, attention @ clip.bias.unflatten(2, (attention.shape[3], -1)) * gain.exp()
 
     def direction_transfer_loss(self, style: BlockFeatures, clip: Tensor) -> Tensor:
-        """By how much the style, going the way of a normalized clip (21, B, T, 15) in the same style, misses how that
-        is held and how lively it is: the mean over both."""
+        """By how much the style, at the root velocity of a normalized clip (21, B, T, 15) in the same style, misses how
+        that is held and how lively it is: the mean over both."""
         root_velocity = clip[0, ..., ROOT].mean(1)
         mean, gain = self.pose_statistics(style, root_velocity)
         wanted, lively = (self._by_part(values)[:, :, 0] for values in self.statistics(clip))
@@ -216,9 +217,9 @@ class KeyPoses(nn.Module):
 
 
 def _ridge_refine(table: Tensor, attention: Tensor, poses: Tensor) -> Tensor:
-    """A table of key poses (5, B, moments, n 12) changed so that its clip, poses (5, B, T, n 12) told (5, B, T,
-    moments) as content is, comes back as it is: means of poses move less than the poses do. Ridge regression, from the
-    table given."""
+    """A table of key poses (5, B, prototypes, n 12) changed so that its clip, poses (5, B, T, n 12) at attention (5, B,
+    T, prototypes) as content is, comes back as it is: means of poses move less than the poses do. Ridge regression,
+    from the table given."""
     missed = attention.transpose(2, 3) @ (poses - attention @ table) / attention.shape[2]
     together = attention.transpose(2, 3) @ attention / attention.shape[2]
     penalty = RIDGE / attention.shape[3] * torch.eye(attention.shape[3], device=attention.device)

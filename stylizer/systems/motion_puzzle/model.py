@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from sim.body.skeleton import PARTS
 from sim.motion.features import FEATURES
 from stylizer.networks.graph import LEVELS
-from stylizer.networks.layers import BPATN, BlockFeatures, Pool, STConv, Unpool, leaky, normalized
+from stylizer.networks.layers import BPATN, BlockFeatures, Pool, STConv, Unpool, leaky, normalize
 from stylizer.networks.normalization import Scaled
 from stylizer.systems.motion_puzzle.config import KEY_POSES, RESIDUAL, Config
 from stylizer.systems.motion_puzzle.direction_transfer import ROOT, ROOT_SIZE
@@ -132,7 +132,7 @@ class PlainBlock(nn.Module):
 
 
 class RootCondition(nn.Module):
-    """What the content's way over the floor adds to BP-AdaIN's scales and biases.
+    """What the content's root velocity adds to BP-AdaIN's scales and biases.
 
     Instance normalization takes speed and direction out of the content, but a run is no quick walk, and the same style
     looks another when it backs or turns."""
@@ -152,7 +152,7 @@ class RootCondition(nn.Module):
         )
 
     def forward(self, motion: Tensor, style: StyleFeatures) -> StyleFeatures:
-        """The style (batch of B or 1) as it is worn on the way of normalized motion (21, B, T, 15)."""
+        """The style (batch of B or 1) at the root velocity of normalized motion (21, B, T, 15)."""
         root = motion[0, ..., ROOT]
         hidden = leaky(self.hidden(torch.cat([root.mean(dim=1), root[:, -1]], dim=1)))
         result = {}
@@ -272,4 +272,4 @@ def _tail(conv: STConv, x: Tensor, last: int | None, reach: int) -> Tensor:
 
 def _instance_norm(x: Tensor) -> Tensor:
     """Over vertices and time together: takes the level and the liveliness out, keeps the posture's shape."""
-    return normalized(x, (0, 2))
+    return normalize(x, (0, 2))

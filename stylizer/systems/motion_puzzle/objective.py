@@ -7,16 +7,15 @@ import torch
 from torch import Tensor
 
 from sim.body.skeleton import (
-    ANCESTORS,
-    BONE_OFFSETS,
     CONTACT_JOINTS,
     GROUPS,
     JOINT_COUNT,
-    PARENTS,
     PART_NAMES,
     PART_OF_JOINT,
 )
+from sim.body.torch_kinematics import forward_kinematics
 from sim.motion.features import LAYOUT, POSE_CHANNELS, STRIDE, WINDOW
+from sim.motion.thresholds import STAND_OR_WALK
 from stylizer.data.dataset import LATER, STYLE_WINDOW
 from stylizer.networks.blocks import NEWEST, newest
 from stylizer.systems.motion_puzzle.config import KEY_POSES
@@ -25,7 +24,6 @@ from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batc
 
 AMPLITUDE_WEIGHT = 2.0  # what a joint's deviation over time counts in `mean_pose_loss`, where its mean counts 1
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics
-STANDING, WALKING = 0.15, 0.45  # m/s, mean root speed of a clip under and over which it surely stands or walks
 FEET = np.isin(np.arange(JOINT_COUNT), CONTACT_JOINTS)
 LEGS = np.isin(PART_OF_JOINT, [PART_NAMES.index(part) for part in GROUPS["legs"]])
 
@@ -56,7 +54,7 @@ OURS = Recipe(
         "smoothness": 1.0,
         "mean_pose": 3.0,
         "imitation": 0.7,
-        "translation": 1.0,
+        "direction_transfer": 1.0,
         "stream": 0.4,
     },
     batch=12,
@@ -85,7 +83,7 @@ class Inputs:
     use_target: Tensor
 
 
-def losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool = True) -> dict[str, Tensor]:
+def compute_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool = True) -> dict[str, Tensor]:
     """The terms that the recipe names, of one training pass; late: those too that count only once the learning rate
     falls."""
     return paper_losses(model, inputs) if "cycle" in recipe.weights else our_losses(model, inputs, recipe, late)
@@ -122,8 +120,8 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     stream:
 
     posture, how restyled parts are held and how lively they are (see `mean_pose_loss`); imitation, the matched step of
-    the exemplar (see `imitated`); translation, what key poses say of another way (see `_transfer_loss`); stream, the
-    newest samples must be what a later window tells of the same instants."""
+    the exemplar (see `imitate`); direction_transfer, what key poses say of another root velocity (see
+    `_transfer_loss`); stream, the newest samples must be what a later window says of the same instants."""
     use_target, now = inputs.use_target, inputs.source[:, :, -WINDOW:]
     later = [inputs.later] if "stream" in recipe.active(late) else []
     motion = torch.cat([now, *later], dim=1)
@@ -138,7 +136,7 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
         restyled = motion + (restyled - rebuilt)
 
     matches = [inputs.match, inputs.match_later][:times]
-    wanted = imitated(model, motion, torch.cat(matches, dim=1), use_target.repeat(1, times))
+    wanted = imitate(model, motion, torch.cat(matches, dim=1), use_target.repeat(1, times))
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=now.device)]  # (21, B)
     worth = torch.where(use_target.any(0), inputs.closeness, 1.0).repeat(times)[:, None, None]  # of where joints are
     # of each joint's own turn
@@ -149,7 +147,7 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
         [
             error[..., LAYOUT["position"]],
             error[..., LAYOUT["velocity"]],
-            placed(model, restyled) - wanted[..., LAYOUT["position"]],
+            place_joints(model, restyled) - wanted[..., LAYOUT["position"]],
         ],
         dim=-1,
     )
@@ -163,7 +161,7 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
             restyled[:, : now.shape[1]], now, inputs.source, inputs.exemplar, use_target, model
         ),
         "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
-        "translation": transfer_loss,
+        "direction_transfer": transfer_loss,
     }
     if later:
         first, second = (restyled - motion).chunk(2, dim=1)  # later, the newest samples lie well inside the window
@@ -182,34 +180,22 @@ def _transfer_loss(model: MotionPuzzle, style: StyleFeatures, clip: Tensor) -> T
         return model.key_poses.direction_transfer_loss(style[KEY_POSES], clip.float())
 
 
-def imitated(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Tensor) -> Tensor:
+def imitate(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Tensor) -> Tensor:
     """The motion that would be perfect if the match were: chosen parts turn as the target does in the same step, the
     others as the content; positions by forward kinematics, the root goes the content's way. All (21, B, T, 15),
     normalized."""
     chosen = use_target[torch.as_tensor(PART_OF_JOINT, device=content.device)][..., None, None]
     mixed = torch.where(chosen, match, content)
     mixed = torch.cat([mixed[..., : LAYOUT["root"].start], content[..., LAYOUT["root"]]], dim=-1)
-    return torch.cat([placed(model, mixed), mixed[..., POSE_CHANNELS.start + 3 :]], dim=-1)
+    return torch.cat([place_joints(model, mixed), mixed[..., POSE_CHANNELS.start + 3 :]], dim=-1)
 
 
-def placed(model: MotionPuzzle, motion: Tensor) -> Tensor:
+def place_joints(model: MotionPuzzle, motion: Tensor) -> Tensor:
     """Where the turns of normalized motion (21, B, T, 15) put the joints, normalized positions (21, B, T, 3): what is
     drawn."""
     natural = motion * model.deviation + model.mean
     positions = forward_kinematics(natural[..., LAYOUT["rotation"]], natural[:1, ..., LAYOUT["position"]])
     return (positions - model.mean[..., LAYOUT["position"]]) / model.deviation[..., LAYOUT["position"]]
-
-
-def forward_kinematics(axes: Tensor, hips: Tensor) -> Tensor:
-    """Joint positions (21, ..., 3) from forward and up axes (21, ..., 6) and the hips' place (1, ..., 3), in metres."""
-    forward, up = axes[..., :3], axes[..., 3:]
-    left = torch.linalg.cross(up, forward)
-    offsets = torch.as_tensor(BONE_OFFSETS[1:], dtype=axes.dtype, device=axes.device)
-    offsets = offsets.view(-1, *[1] * (axes.dim() - 2), 3)
-    parents = torch.as_tensor(PARENTS[1:], device=axes.device)
-    bones = sum(axis[parents] * offsets[..., i : i + 1] for i, axis in enumerate((left, up, forward)))
-    ancestors = torch.as_tensor(ANCESTORS, dtype=axes.dtype, device=axes.device)
-    return torch.tensordot(ancestors, torch.cat([hips, bones]), dims=1)
 
 
 def mean_pose_loss(
@@ -225,7 +211,7 @@ def mean_pose_loss(
         for m in (source, target)
     ]
     alike = torch.exp(-(((speed[0] - speed[1]) / SPEED_SCALE) ** 2))[None, :, None]  # (1, B, 1)
-    walking = [((v - STANDING) / (WALKING - STANDING)).clamp(0, 1) for v in speed]
+    walking = [((v - STAND_OR_WALK[0]) / (STAND_OR_WALK[1] - STAND_OR_WALK[0])).clamp(0, 1) for v in speed]
     same_gait = 1 - (walking[0] - walking[1]).abs()[None, :, None]
     feet, legs = (torch.as_tensor(joints, device=source.device)[:, None, None] for joints in (FEET, LEGS))
 
@@ -241,7 +227,7 @@ def mean_pose_loss(
 
 
 def _seen_later(later: Tensor) -> Tensor:
-    """What a window that ends LATER frames on tells of this window's last samples: (21, B, T, 15) -> (.., T', 15).
+    """What a window that ends LATER frames on says of this window's last samples: (21, B, T, 15) -> (.., T', 15).
 
     LATER is odd, so its samples fall between ours: cubic interpolation, which keeps even and odd frames of a stream
     together."""

@@ -23,7 +23,7 @@ def stack_parts(styles: Sequence[StyleFeatures]) -> StyleFeatures:
     }
 
 
-def interpolated(first: StyleFeatures, other: StyleFeatures, shares: Sequence[float]) -> StyleFeatures:
+def interpolate(first: StyleFeatures, other: StyleFeatures, shares: Sequence[float]) -> StyleFeatures:
     """(1 - share) first + share other, each of the five parts by its own share (Sec. 7.1); 0 and 1 are exact."""
     share = torch.tensor(shares, dtype=torch.float32)
     return {

@@ -19,7 +19,7 @@ from controller.evaluation.suite import (
     RANDOM_SECONDS,
     WAIT,
     Motion,
-    Playback,
+    Trial,
     Unstyled,
     follow,
     play,
@@ -47,7 +47,7 @@ def ramp(seconds: float, total: float = 3.0) -> np.ndarray:
     return np.clip(np.arange(round(total * FPS)) / (seconds * FPS), 0, 1)[:, None] * FORWARD
 
 
-def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Playback:
+def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Trial:
     """A statue that is moved as asked, `late` frames late, `scale` times as fast and `turn` radians astray; flat on the
     floor, both feet in contact."""
     desired = np.array([command.desired_velocity for command in commands])
@@ -59,7 +59,7 @@ def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Pla
     rotations = np.tile(rot.IDENTITY, (len(desired), JOINT_COUNT, 1))
     positions = forward_kinematics(root + [0.0, REST_HIPS_HEIGHT, 0.0], rotations)
     motion = Motion(positions, rotations, RootFrame(root, facing), np.ones((len(desired), 4)))
-    return Playback(commands, motion, motion, root[:, [0, 2]])
+    return Trial(commands, motion, motion, root[:, [0, 2]])
 
 
 # ---- measures
@@ -193,10 +193,10 @@ def test_each_steering_figure_falls_short_where_it_should(desired):
 
 
 def test_the_worst_take_counts(desired):
-    playbacks = {name: glide(commands) for name, commands in desired.items()}
-    playbacks["stop run 2"] = glide(desired["stop run 2"], late=50)
-    playbacks["back left"] = glide(desired["back left"], scale=1.3)
-    figures = steering(playbacks)
+    trials = {name: glide(commands) for name, commands in desired.items()}
+    trials["stop run 2"] = glide(desired["stop run 2"], late=50)
+    trials["back left"] = glide(desired["back left"], scale=1.3)
+    figures = steering(trials)
     assert figures["stop_run_s"].ours == pytest.approx(50 / FPS)
     assert figures["speed_held_backing_share"].ours == pytest.approx(1.3)
 
@@ -235,13 +235,11 @@ def test_a_statue_stands_still_but_is_not_alive():
 
 
 def test_a_stand_is_alive_from_half_of_what_the_real_ones_are():
-    def swaying(millimetres: float) -> Playback:
-        playback = glide(script((19, Command())))
-        time = np.arange(len(playback.desired)) / FPS
-        playback.locked.positions[120:, :, 0] += (
-            1e-3 * millimetres * math.sqrt(2) * np.sin(2 * np.pi * time[120:, None])
-        )
-        return playback
+    def swaying(millimetres: float) -> Trial:
+        trial = glide(script((19, Command())))
+        time = np.arange(len(trial.desired)) / FPS
+        trial.locked.positions[120:, :, 0] += 1e-3 * millimetres * math.sqrt(2) * np.sin(2 * np.pi * time[120:, None])
+        return trial
 
     zero = np.zeros((JOINT_COUNT, 3))
     real = RealClips([], [swaying(4.0).locked], zero, zero)
@@ -333,7 +331,7 @@ def test_a_folder_without_clips_is_refused(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def walked() -> Playback:
+def walked() -> Trial:
     standing = PhaseFunctionedController.from_pretrained()
     play(script(), standing)  # leaves no trace in what is played next
     return play(script((4, Command((0.0, 1.0)))), standing)

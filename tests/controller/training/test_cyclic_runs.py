@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.training.cyclic_runs import SECONDS, TURN_RATES, loops
+from controller.training.cyclic_runs import SECONDS, TURN_RATES, find_loops
 from sim.motion.clip import FPS, root_frame
 from tests.support.walker import CYCLE, walking_clip
 
@@ -19,7 +19,7 @@ def running_clip(frames: int = 140):
 def test_a_loop_goes_on_as_the_cycle_does_along_every_way():
     clip = running_clip()
     speed = np.linalg.norm(np.diff(root_frame(clip.positions()).positions[[0, -1]], axis=0)) * FPS / (len(clip) - 1)
-    made = loops(clip)
+    made = find_loops(clip)
     assert len(made) == len(TURN_RATES)
     for loop, rate in zip(made, TURN_RATES):
         assert len(loop) == round(SECONDS * FPS)
@@ -31,7 +31,7 @@ def test_a_loop_goes_on_as_the_cycle_does_along_every_way():
 
 
 def test_a_loop_repeats_its_cycle_without_a_jump():
-    loop = loops(running_clip())[0]
+    loop = find_loops(running_clip())[0]
     root = root_frame(loop.positions())
     local = loop.positions() - root.positions[:, None]
     step = np.linalg.norm(np.diff(local, axis=0), axis=-1).max(axis=1)
@@ -40,8 +40,8 @@ def test_a_loop_repeats_its_cycle_without_a_jump():
 
 
 def test_what_does_not_run_straight_or_does_not_close_makes_no_loop():
-    assert loops(walking_clip(240).grounded()) == [], "a walk"
+    assert find_loops(walking_clip(240).grounded()) == [], "a walk"
     clip = running_clip()
     sideways = replace(clip, hips=clip.hips[:, [2, 1, 0]])
-    assert loops(sideways) == []
-    assert loops(clip[:20]) == [], "shorter than a cycle"
+    assert find_loops(sideways) == []
+    assert find_loops(clip[:20]) == [], "shorter than a cycle"

@@ -5,7 +5,7 @@ import gc
 import numpy as np
 import torch
 
-from demo.bench.bench import FPS, MINUTE, Pauses, by_period, rival, steady, timeline
+from demo.bench.bench import FPS, MINUTE, Pauses, by_period, compare_halves, make_rival, timeline
 from demo.bench.machine import LARGE, Probe, products_of
 from stylizer.systems.motion_puzzle.config import CONFIGS
 
@@ -18,13 +18,13 @@ def test_ten_minutes_compare_their_last_with_their_first_and_name_what_memory_gr
     frames = np.full(3 * MINUTE, 0.004)
     frames[-MINUTE:] = 0.006
     memory = [(0, 300.0), (MINUTE, 310.0), (2 * MINUTE, 310.5), (3 * MINUTE, 312.0)]
-    assert steady(frames, memory) == {
+    assert compare_halves(frames, memory) == {
         "first_minute_p99_ms": 4.0,
         "last_minute_p99_ms": 6.0,
         "ratio": 1.5,
         "growth_mb": 2.0,
     }
-    assert steady(frames[:MINUTE], memory) is None
+    assert compare_halves(frames[:MINUTE], memory) is None
     assert timeline(frames[: 3 * FPS]) == [[4.0, 4.0]] * 3
 
 
@@ -54,7 +54,8 @@ def test_the_probe_times_the_dearest_shapes_and_the_typical_speed_lies_among_the
 
 def test_the_rivals_are_the_papers_networks():
     full, slim = (
-        sum(int(np.prod(product)) for product in products_of(rival(CONFIGS[name]))) for name in ("full", "paper_slim")
+        sum(int(np.prod(product)) for product in products_of(make_rival(CONFIGS[name])))
+        for name in ("full", "paper_slim")
     )
     assert full > 1.5 * slim > 1e8, "multiplications of numbers, for a window"
 

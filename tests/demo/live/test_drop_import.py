@@ -11,7 +11,7 @@ import numpy as np
 import pygame
 import pytest
 
-from demo.live.drop_import import PATIENCE, DropImport, shown
+from demo.live.drop_import import PATIENCE, DropImport, describe_file
 from demo.live.live import Live
 from demo.render.inset import SECONDS, SIDES, Inset
 from sim.io import bvh
@@ -196,7 +196,7 @@ def test_a_drop_waits_for_its_end():
 
 
 def test_many_files_are_named_shortly():
-    assert shown([Path("x/a.bvh"), *[Path("b.bvh")] * 7]) == "a.bvh and 7 more files"
+    assert describe_file([Path("x/a.bvh"), *[Path("b.bvh")] * 7]) == "a.bvh and 7 more files"
 
 
 def test_the_same_file_again_gets_another_name(live, limp, tmp_path):

@@ -7,7 +7,7 @@ from demo.state.bindings import DEFAULT
 from demo.state.presets import Presets
 from demo.state.style_choice import StyleChoice
 from demo.ui import hud, panels
-from demo.ui.canvas import shortened, text_width
+from demo.ui.canvas import shorten, text_width
 from demo.ui.menu import Menu
 from demo.ui.plots import FRAMES, STAGES, Times
 from demo.ui.widgets import Choice, Choices, Region
@@ -81,7 +81,7 @@ def test_equal_panels_are_one_picture_and_others_are_not():
 
 
 def test_panels_at_one_anchor_do_not_overlap():
-    lines = panels.line("a", "top"), panels.line("b", "top"), panels.lifted(panels.line("c", "bottom"), 100)
+    lines = panels.line("a", "top"), panels.line("b", "top"), panels.lift(panels.line("c", "bottom"), 100)
     placed = hud.place(lines, (1280, 720))
     assert placed[0].box[1] + placed[0].box[3] <= placed[1].box[1]
     assert placed[2].box[1] + placed[2].box[3] <= 720 - 100
@@ -95,8 +95,8 @@ def test_a_long_list_shows_what_is_about_the_chosen_line():
 
 
 def test_text_that_is_too_long_is_shortened():
-    assert shortened("old", 200) == "old"
-    short = shortened("a very long name of a preset", 60)
+    assert shorten("old", 200) == "old"
+    short = shorten("a very long name of a preset", 60)
     assert short.endswith("…") and text_width(short) <= 60
 
 

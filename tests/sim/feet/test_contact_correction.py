@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim.body.skeleton import BONE_OFFSETS, CONTACT_JOINTS, INDEX, TOE_HEIGHT, TOES
-from sim.feet.contact_correction import CLEARANCE, planted, scale_strides
+from sim.feet.contact_correction import CLEARANCE, plant_feet, scale_strides
 from sim.math import rotations as rot
 from sim.motion.clip import FPS, root_frame
 from sim.motion.contacts import foot_contacts
@@ -27,7 +27,7 @@ def sliding_clip(speed: float = 0.05):
 
 def test_planted_feet_stand_still_and_level_while_the_body_goes_on():
     clip = sliding_clip()
-    clean = planted(clip, np.ones((len(clip), 4)))
+    clean = plant_feet(clip, np.ones((len(clip), 4)))
     np.testing.assert_array_equal(clean.hips, clip.hips)
     feet = clean.positions()[20:-20, CONTACT_JOINTS]
     before = horizontal_speed(clip.positions()[20:-20, CONTACT_JOINTS])[1:].mean()
@@ -39,15 +39,15 @@ def test_planted_feet_stand_still_and_level_while_the_body_goes_on():
 def test_a_clip_without_contacts_is_left_alone_and_bones_keep_their_length():
     clip = walking_clip(120)
     lifted = replace(clip, hips=clip.hips + [0.0, 0.5, 0.0])
-    np.testing.assert_allclose(planted(lifted).positions(), lifted.positions(), atol=1e-6)
-    bones = planted(clip.grounded()).positions()
+    np.testing.assert_allclose(plant_feet(lifted).positions(), lifted.positions(), atol=1e-6)
+    bones = plant_feet(clip.grounded()).positions()
     lengths = np.linalg.norm(bones[:, TOES] - bones[:, CONTACT_JOINTS[::2]], axis=-1)
     np.testing.assert_allclose(lengths, np.linalg.norm(BONE_OFFSETS[INDEX["LeftToe"]]), atol=1e-9)
 
 
 def test_a_walk_skates_less_and_swings_clear_of_the_floor():
     clip = walking_clip(300).grounded()
-    clean = planted(clip)
+    clean = plant_feet(clip)
     skate = [np.nanmean(foot_skate(c.positions()[:, TOES])) for c in (clip, clean)]
     assert skate[1] < 0.5 * skate[0]
     toes = clean.positions()[:, TOES]
@@ -57,7 +57,7 @@ def test_a_walk_skates_less_and_swings_clear_of_the_floor():
 
 
 def test_longer_strides_go_further_in_the_same_time_without_sliding():
-    clip = planted(walking_clip(300).grounded())
+    clip = plant_feet(walking_clip(300).grounded())
     wide = scale_strides(clip, 1.4)
     way = [np.linalg.norm(np.diff(root_frame(c.positions()).positions[[10, -10]], axis=0)) for c in (clip, wide)]
     assert way[1] == pytest.approx(1.4 * way[0], rel=1e-3) and len(wide) == len(clip)
@@ -70,12 +70,12 @@ def test_longer_strides_go_further_in_the_same_time_without_sliding():
 
 @pytest.mark.parametrize("frames", (1, 3, 5))
 def test_clips_of_a_few_frames_pass(frames):
-    assert len(planted(planted_clip(60)[:frames])) == frames
+    assert len(plant_feet(planted_clip(60)[:frames])) == frames
 
 
 def test_standing_feet_are_not_moved():
     clip = planted_clip(90)
-    np.testing.assert_allclose(planted(clip).positions(), clip.positions(), atol=1e-6)
+    np.testing.assert_allclose(plant_feet(clip).positions(), clip.positions(), atol=1e-6)
     assert np.allclose(
-        rot.to_rotation_vector(planted(clip).rotations), rot.to_rotation_vector(clip.rotations), atol=1e-5
+        rot.to_rotation_vector(plant_feet(clip).rotations), rot.to_rotation_vector(clip.rotations), atol=1e-5
     )

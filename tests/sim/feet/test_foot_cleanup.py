@@ -6,7 +6,7 @@ import numpy as np
 from sim.body.limb_ik import LEGS
 from sim.body.pose import Pose
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, TOE_HEIGHT, TOES
-from sim.feet.foot_cleanup import feet_in_order
+from sim.feet.foot_cleanup import clean_feet
 from sim.math import rotations as rot
 from sim.motion.clip import root_frame
 from sim.motion.contacts import foot_contacts
@@ -33,13 +33,13 @@ def wobbling(pose, degrees=12.0):
 
 def test_an_untouched_clip_is_untouched():
     pose = as_pose(walking_clip())
-    assert feet_in_order(pose, pose) is pose
+    assert clean_feet(pose, pose) is pose
 
 
 def test_planted_feet_stand_still_on_the_floor():
     standing = as_pose(planted_clip(), np.ones((120, 4)))
     wild = wobbling(standing)
-    calm = feet_in_order(wild, standing)
+    calm = clean_feet(wild, standing)
 
     def drift(pose):
         return np.ptp(pose.positions[10:-10, CONTACT_JOINTS[::2]], axis=0).max()
@@ -57,7 +57,7 @@ def test_walking_feet_slide_no_more_than_the_contents_and_bones_keep_their_lengt
     contacts[:, :2], contacts[:, 2:] = (np.cos(phase) < -0.2)[:, None], (np.cos(phase) > 0.2)[:, None]
     content = as_pose(walk, contacts)
     styled = wobbling(content, 8.0)
-    cleaned = feet_in_order(styled, content)
+    cleaned = clean_feet(styled, content)
 
     def slide(pose):
         """Speed of planted ankles beside the content's own, m/s."""

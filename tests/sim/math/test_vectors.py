@@ -3,7 +3,7 @@
 import numpy as np
 
 from sim.math.easing import ramp, smooth_step
-from sim.math.vectors import FLOOR, FORWARD, LEFT, UP, limited
+from sim.math.vectors import FLOOR, FORWARD, LEFT, UP, limit_length
 
 
 def test_ramps_hold_before_and_past_their_bounds():
@@ -16,7 +16,7 @@ def test_ramps_hold_before_and_past_their_bounds():
 
 def test_only_what_is_too_long_is_cut_and_keeps_its_direction():
     vectors = np.array([[3.0, 0.0, 4.0], [0.1, 0.2, 0.0], [0.0, 0.0, 0.0]])
-    np.testing.assert_allclose(limited(vectors, 1.0), [[0.6, 0, 0.8], [0.1, 0.2, 0], [0, 0, 0]])
+    np.testing.assert_allclose(limit_length(vectors, 1.0), [[0.6, 0, 0.8], [0.1, 0.2, 0], [0, 0, 0]])
 
 
 def test_the_axes_are_right_handed_and_the_floor_is_level():

@@ -5,7 +5,7 @@ import pytest
 
 from sim.motion.features import LAYOUT, clip_features
 from stylizer.data.gait_matching import LAGS, OTHER_FOOT, best_match, closeness, gait_signal
-from stylizer.data.sampler import mirrored
+from stylizer.data.sampler import mirror
 from tests.support.walker import CYCLE, planted_clip, walking_clip
 
 
@@ -30,7 +30,7 @@ def test_a_slower_clip_is_played_faster(walk):
 
 
 def test_mirroring_exchanges_the_feet(walk):
-    assert np.allclose(gait_signal(mirrored(walk)), gait_signal(walk)[:, OTHER_FOOT], atol=1e-5)
+    assert np.allclose(gait_signal(mirror(walk)), gait_signal(walk)[:, OTHER_FOOT], atol=1e-5)
 
 
 def test_standing_feet_are_not_blown_up():

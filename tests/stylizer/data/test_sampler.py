@@ -8,7 +8,7 @@ import pytest
 from sim.motion.features import LAYOUT, clip_features
 from stylizer.data import sampler as sampling
 from stylizer.data.dataset import LATER, STYLE_WINDOW, MotionData, PackedClip
-from stylizer.data.sampler import Sampler, mirrored
+from stylizer.data.sampler import Sampler, mirror
 from tests.support.walker import SPEED, walking_clip
 
 
@@ -28,7 +28,7 @@ def counting(frames=100):
 
 def test_mirrored_features_are_the_mirrored_clips():
     clip = walking_clip()
-    assert np.allclose(mirrored(clip_features(clip)), clip_features(clip.mirrored()), atol=1e-4)
+    assert np.allclose(mirror(clip_features(clip)), clip_features(clip.mirrored()), atol=1e-4)
 
 
 def test_windows_end_where_they_should(monkeypatch):

@@ -9,17 +9,17 @@ from stylizer.evaluation.live_benchmark import (
     GROUP_JOINTS,
     MOVEMENTS,
     Reference,
+    format_table,
     gait_figures,
-    gap,
-    mean_pose,
+    group_distances,
+    mean_positions,
+    measure_style,
+    measure_switches,
     motion_amplitude,
     on_all_parts,
     play,
     reference_for,
-    row,
-    summary,
-    switches,
-    table,
+    summarize,
 )
 
 CONTRACT = {
@@ -66,20 +66,20 @@ def test_the_neutral_walk_goes_as_it_is_asked(walks):
 
 def test_styles_differ_from_the_neutral_walk_where_they_should(walks):
     old, soldier, neutral = walks
-    assert gap(mean_pose, old.features, neutral.features)["spine"] > 0.05  # metres: it stoops
+    assert group_distances(mean_positions, old.features, neutral.features)["spine"] > 0.05  # metres: it stoops
     assert gait_figures(soldier)["knee_most_bent"] > gait_figures(neutral)["knee_most_bent"] + 10  # it lifts its knees
-    assert gap(motion_amplitude, soldier.features, soldier.features) == dict.fromkeys(GROUP_JOINTS, 0.0)
+    assert group_distances(motion_amplitude, soldier.features, soldier.features) == dict.fromkeys(GROUP_JOINTS, 0.0)
 
 
 def test_rows_hold_what_is_promised_and_a_perfect_copy_scores_perfectly(walks):
     old, soldier, neutral = walks
     references = {"walk": Reference(old, soldier)}
-    found = row("old", "walk_1.3", old, neutral, references, classifiers(0.5))
+    found = measure_style("old", "walk_1.3", old, neutral, references, classifiers(0.5))
     assert CONTRACT <= found.keys() and found["sra"] == found["cra"] == 0.5
     for group in GROUP_JOINTS:
         assert found["mean_pose"][group]["drawn"] == 0.0 and found["motion_amplitude"][group]["drawn"] == 1.0
         assert found["mean_pose"][group]["other_take"] > 0.1
-    unstyled = row("old", "walk_1.3", neutral, neutral, references, classifiers(0.0))
+    unstyled = measure_style("old", "walk_1.3", neutral, neutral, references, classifiers(0.0))
     assert all(
         unstyled["mean_pose"][group]["drawn"] == 1.0 and unstyled["motion_amplitude"][group]["drawn"] == 0.0
         for group in GROUP_JOINTS
@@ -90,26 +90,26 @@ def test_a_movement_without_a_clip_is_compared_with_the_walk(walks):
     references = {"walk": Reference(walks[0], None), "run": Reference(walks[1], None)}
     assert reference_for("run_3.0", references) == ("run", references["run"])
     assert reference_for("strafe", references) == ("walk", references["walk"])
-    found = row("old", "stand", walks[1], walks[2], references, classifiers(1.0))
+    found = measure_style("old", "stand", walks[1], walks[2], references, classifiers(1.0))
     assert found["cra"] is None and found["mean_pose"]["arms"]["other_take"] is None
 
 
 def test_the_table_shows_every_movement(walks):
     old, soldier, neutral = walks
     rows = [
-        row(name, "walk_1.3", motion, neutral, {"walk": Reference(soldier, None)}, classifiers(1.0))
+        measure_style(name, "walk_1.3", motion, neutral, {"walk": Reference(soldier, None)}, classifiers(1.0))
         for name, motion in (("old", old), ("soldier", soldier), ("proud", neutral))
     ]
-    total = summary(rows, neutral)
+    total = summarize(rows, neutral)
     assert total["sra"] == 1.0 and 0 < total["mean_pose"]["legs"]["drawn"] < 1.5
     found = {"count": 2, "over_1500_deg_s": 0, "over_15_cm": 0, "fastest_deg_s": 900.0, "farthest_cm": 7.0}
-    text = table({"movements": {"walk_1.3": total}, "switches": found, "classifiers": {"style": 0.95}})
+    text = format_table({"movements": {"walk_1.3": total}, "switches": found, "classifiers": {"style": 0.95}})
     assert "walk_1.3" in text and "2 switches: 0 with a joint over 1,500 degrees/s" in text
 
 
 def test_a_switch_is_counted_where_a_joint_whips_round(session, monkeypatch):
-    calm = switches(session, ["old", "proud"], count=3)
+    calm = measure_switches(session, ["old", "proud"], count=3)
     assert calm["count"] == 2 and calm["over_1500_deg_s"] == calm["over_15_cm"] == 0
     monkeypatch.setattr("stylizer.runtime.inertialization.HALFLIFE", 1e-3)  # no smoothing at all
-    assert switches(session, ["old", "proud"], count=3)["fastest_deg_s"] > max(1500.0, calm["fastest_deg_s"])
+    assert measure_switches(session, ["old", "proud"], count=3)["fastest_deg_s"] > max(1500.0, calm["fastest_deg_s"])
     assert 0 < calm["farthest_cm"] <= 15

@@ -60,7 +60,7 @@ def test_displacement_is_relative_to_the_hips_and_the_height():
     content = walking_clip(30).positions()
     moved = content + np.array([0.0, 0.2, 0.0])
     moved[:, ARM] += np.array([0.175, 0.0, 0.0])
-    parts = measures.by_part(measures.displacement(moved, content))
+    parts = measures.by_part(measures.joint_displacement(moved, content))
     assert (
         parts.pop("left_arm") == pytest.approx(0.1) and max(parts.values()) < 1e-9 and len(parts) == len(PART_NAMES) - 1
     )

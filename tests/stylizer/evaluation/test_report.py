@@ -97,7 +97,8 @@ def test_a_network_that_copies_keeps_content_and_one_that_swaps_takes_style(data
             return source.features[-len(content) :], content
 
     swapped, copied = (
-        transfer_benchmark.row(kind(), halves.generate, classifiers, 6, lambda: None) for kind in (Swap, Copy)
+        transfer_benchmark.measure_transfer(kind(), halves.generate, classifiers, 6, lambda: None)
+        for kind in (Swap, Copy)
     )
     assert swapped["sra"][0] == swapped["drawn_sra"][0] == 1.0 and copied["sra"][0] < 0.7
     assert copied["geodesic"][0] < 1e-6 < swapped["geodesic"][0] and copied["jitter_ratio"][0] == pytest.approx(1.0)
@@ -107,12 +108,12 @@ def test_judges_are_asked_about_real_motion_whose_content_they_never_saw_in_that
     known = [(content, style) for style in ("old 1", "proud 1") for content in ("dash", "run", "walk")] + [
         ("walk", "lean wd2")
     ]
-    shared = held_out_pairs.folds(known)
+    shared = held_out_pairs.split_folds(known)
     # each once, but who only walks
     assert sorted(set().union(*shared)) == sorted(known[:-1]) and sum(map(len, shared)) == 6
     assert all(len({style for _, style in fold}) == len(fold) for fold in shared)
     halves, asked = style_labels.load(data), []
-    real = held_out_pairs.real_where_unknown(halves, [{("walk", "proud 1")}], tmp_path, lambda: asked.append(1))
+    real = held_out_pairs.measure_real_unknown(halves, [{("walk", "proud 1")}], tmp_path, lambda: asked.append(1))
     assert real == {"sra": 0.0, "cra": 1.0, "takes": 1} and len(asked) == 60  # a style never seen cannot be named
 
 
@@ -127,7 +128,7 @@ def test_the_report_has_the_promised_form(data, quick):
 
         return tick
 
-    result = report.evaluate(data, progress=progress)
+    result = report.evaluate_transfer(data, progress=progress)
     assert steps["all"] == steps["done"] > 0
     assert set(result.report["real"]) >= {"sra", "cra"}
     assert [(row["model"], row["mode"]) for row in result.report["rows"]] == [("slim", "offline"), ("slim", "live")]

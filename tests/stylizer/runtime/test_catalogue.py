@@ -41,26 +41,26 @@ def package(bank, tmp_path, monkeypatch):
             kind.__init__, "__defaults__", (*kind.__init__.__defaults__[:-2], tmp_path / "styles", None)
         )
     monkeypatch.setattr(code_bank, "BUNDLED", tmp_path / "styles")
-    code_bank.build("unpaired", checkpoint.FOLDER, tmp_path, tmp_path / "styles")
+    code_bank.build_codes("unpaired", checkpoint.FOLDER, tmp_path, tmp_path / "styles")
     return tmp_path
 
 
 def test_each_name_has_its_bank_and_its_live_stylizer(package):
     assert catalogue.names() == ("slim", "unpaired")
     assert (
-        type(catalogue.bank()) is type(catalogue.bank("slim")) is StyleBank
-        and type(catalogue.bank("unpaired")) is CodeBank
+        type(catalogue.load_bank()) is type(catalogue.load_bank("slim")) is StyleBank
+        and type(catalogue.load_bank("unpaired")) is CodeBank
     )
     assert type(catalogue.from_pretrained()) is LiveStylizer
     assert type(catalogue.from_pretrained("unpaired")) is WholeBodyStylizer
     with pytest.raises(ValueError, match="no stylizer weights at .*; there are slim, unpaired"):
-        catalogue.bank("absent")
+        catalogue.load_bank("absent")
 
 
 def test_codes_of_other_weights_are_refused(package):
     checkpoint.save(checkpoint.load("unpaired")[0], checkpoint.FOLDER / "unpaired.safetensors", licence="changed")
     with pytest.raises(ValueError, match="computed with other stylizer weights"):
-        catalogue.bank("unpaired")
+        catalogue.load_bank("unpaired")
 
 
 def test_a_style_is_learned_from_a_video(package, capsys):
@@ -75,15 +75,18 @@ def test_a_style_is_learned_from_a_video(package, capsys):
     assert cli.main([*command, "--stylizer", "unpaired"]) == 0
     assert cli.main(["styles", "list", "--stylizer", "unpaired"]) == 0
     assert "limp" in capsys.readouterr().out.split()
-    assert torch.isfinite(catalogue.bank("unpaired")["limp"].features).all() and "limp" not in catalogue.bank().names
+    assert (
+        torch.isfinite(catalogue.load_bank("unpaired")["limp"].features).all()
+        and "limp" not in catalogue.load_bank().names
+    )
     assert cli.main([*command, "--stylizer", "unpaired"]) == 2 and "already" in capsys.readouterr().err
     assert cli.main(["styles", "remove", "limp", "--stylizer", "unpaired"]) == 0
-    assert "limp" not in catalogue.bank("unpaired").names
+    assert "limp" not in catalogue.load_bank("unpaired").names
 
 
 def test_a_clip_added_for_one_is_there_for_all(package, walk_file):
     assert cli.main(["styles", "add", str(walk_file), "--name", "mine", "--stylizer", "unpaired"]) == 0
-    assert "mine" in catalogue.bank().names and "mine" in catalogue.bank("unpaired").names
+    assert "mine" in catalogue.load_bank().names and "mine" in catalogue.load_bank("unpaired").names
 
 
 class Standing:
@@ -100,7 +103,7 @@ def test_the_window_goes_through_the_stylizers_and_back(package, walk_file, monk
     assert stylizers.next() == "unpaired" and type(session.stylizer) is WholeBodyStylizer
     with pytest.raises(ValueError, match="clips only"):
         stylizers.resample()
-    session.stylizer.bank.add(walk_file, "learned")
+    session.stylizer.bank.add("learned", walk_file)
     assert stylizers.next() == "slim" and session.stylizer is first and "learned" in first.styles
     monkeypatch.setattr(catalogue, "names", lambda: ("slim",))
     with pytest.raises(ValueError, match="no other stylizer"):

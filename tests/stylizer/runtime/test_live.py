@@ -15,7 +15,7 @@ from sim.motion.feature_window import RingBuffer
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.pose_delta import unwrap
 from stylizer.runtime.style_mixer import BODY, StyleMixer
-from stylizer.styles.stride_residual import played
+from stylizer.styles.stride_residual import play_residual
 from tests.support.walker import walking_clip
 
 
@@ -283,7 +283,7 @@ def test_movement_in_its_own_time_is_played_on_top_as_strong_as_the_part(bank, w
     for frame in range(60, 90):
         a, b = ours[frame], plain[frame]
         apart = rot.to_rotation_vector(rot.multiply(a.rotations, rot.inverse(b.rotations)))
-        wanted = strength * played(musical, frame + 1)
+        wanted = strength * play_residual(musical, frame + 1)
         np.testing.assert_allclose(apart[15], walk[frame].to_world(wanted[None, 15])[0], atol=2e-3)
         others = [joint for joint in range(21) if joint not in arm]
         assert np.array_equal(a.rotations[others], b.rotations[others]), (
@@ -294,7 +294,9 @@ def test_movement_in_its_own_time_is_played_on_top_as_strong_as_the_part(bank, w
 def test_of_a_blend_each_plays_its_own_by_its_share(bank, walk, musical):
     ours, plain = (stream(bank, walk[:70], {"spine": ("other", 1.0, name, 0.25)}) for name in ("musical", "other"))
     apart = rot.to_rotation_vector(rot.multiply(ours[69].rotations, rot.inverse(plain[69].rotations)))
-    np.testing.assert_allclose(walk[69].to_character(apart[None, 12])[0], 0.25 * played(musical, 70)[12], atol=3e-3)
+    np.testing.assert_allclose(
+        walk[69].to_character(apart[None, 12])[0], 0.25 * play_residual(musical, 70)[12], atol=3e-3
+    )
 
 
 def test_movement_in_its_own_time_comes_and_goes_without_a_jump(bank, walk, musical):

@@ -9,7 +9,7 @@ from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.features import clip_features
 from stylizer.runtime import overlap
-from stylizer.runtime.offline import ResolvedStyle, clip_style, resolve_styles, styled_features, stylize
+from stylizer.runtime.offline import ResolvedStyle, encode_clip, evaluate_by_part, resolve_styles, stylize
 from tests.support.walker import walking_clip
 
 
@@ -76,14 +76,14 @@ def test_windows_leave_no_seams(bank, monkeypatch):
     by_phase = [third[start :: overlap.HOP].mean() for start in range(overlap.HOP)]
     assert max(by_phase) < 1.4 * min(by_phase)
     assert (
-        styled_features(bank.model, features, {part: ResolvedStyle(bank["other"]) for part in PART_NAMES}).shape
+        evaluate_by_part(bank.model, features, {part: ResolvedStyle(bank["other"]) for part in PART_NAMES}).shape
         == features.shape
     )
 
 
 @pytest.mark.parametrize("frames", [10, 64, 200, 800])
 def test_a_style_clip_of_any_length(bank, frames):
-    style = clip_style(bank.model, clip_features(walking_clip(frames)))
+    style = encode_clip(bank.model, clip_features(walking_clip(frames)))
     assert all(torch.isfinite(t).all() for part in style.features.values() for t in part)
     assert style.gait.root_velocities.shape == (1, 3) and style.gait.weights(np.ones(3)) == 1.0
 
@@ -92,7 +92,8 @@ def test_styles_of_short_and_of_long_clips_are_worn_side_by_side(bank):
     """Attention looks at as many windows of either, so that they stack and blend."""
     walk, rng = walking_clip(100), np.random.default_rng(1)
     few, many = (
-        clip_style(bank.model, clip_features(walking_clip(frames)) + rng.normal(size=(21, 15))) for frames in (100, 900)
+        encode_clip(bank.model, clip_features(walking_clip(frames)) + rng.normal(size=(21, 15)))
+        for frames in (100, 900)
     )
     assert few.features[3].keys.shape == many.features[3].keys.shape == bank["other"].features[3].keys.shape
     both = {
@@ -123,7 +124,7 @@ def test_a_style_may_be_a_file(bank, walk_file, tmp_path):
 def test_stylize_writes_on_either_skeleton(bank, walk_file, tmp_path, monkeypatch, capsys):
     from demo import cli
 
-    monkeypatch.setattr("stylizer.runtime.catalogue.bank", lambda name: bank)
+    monkeypatch.setattr("stylizer.runtime.catalogue.load_bank", lambda name: bank)
     for extra in ([], ["--retarget-back"]):
         out = tmp_path / "out.bvh"
         assert (

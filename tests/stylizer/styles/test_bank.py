@@ -61,7 +61,7 @@ def test_missing_and_damaged_weights_are_refused(bank):
 
 
 def test_a_style_is_added_found_again_and_removed(bank, walk_file):
-    bank.add(walk_file, "my-walk")
+    bank.add("my-walk", walk_file)
     assert bank.names == ("my-walk", "neutral", "other")
     kept = again(bank)
     assert same(bank["my-walk"], kept["my-walk"]), "a recording made now replays to equal poses after the next start"
@@ -80,7 +80,7 @@ def test_a_style_is_added_found_again_and_removed(bank, walk_file):
 )
 def test_bad_names_are_refused(bank, walk_file, name, message):
     with pytest.raises(ValueError, match=message):
-        bank.add(walk_file, name)
+        bank.add(name, walk_file)
 
 
 @pytest.mark.parametrize(
@@ -118,11 +118,11 @@ def test_unknown_and_bundled_styles_are_not_removed(bank):
 def test_a_short_clip_is_refused(bank, tmp_path):
     bvh.write(tmp_path / "short.bvh", walking_clip()[:40])
     with pytest.raises(ValueError, match="short.bvh: the clip is too short"):
-        bank.add(tmp_path / "short.bvh", "short")
+        bank.add("short", tmp_path / "short.bvh")
 
 
 def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, walk_file):
-    bank.add(walk_file, "mine")
+    bank.add("mine", walk_file)
     before = bank["mine"]
     model, _ = checkpoint.load("tiny")
     with torch.no_grad():
@@ -132,7 +132,7 @@ def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, w
         ValueError, match="neutral.safetensors was computed for other weights of stylizer or controller"
     ):
         again(bank)
-    own_style.write(bank.bundled, bank.own_motion, *checkpoint.load("tiny"))
+    own_style.write_own_style(bank.bundled, bank.own_motion, *checkpoint.load("tiny"))
     with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
         again(bank)
     (bank.bundled / "other.safetensors").unlink()
@@ -144,12 +144,12 @@ def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, w
 def test_another_controllers_own_style_refits_the_users_styles(bank, walk_file):
     """Their key poses are fitted to its strides; the bundled ones are refused, for no file of theirs holds their
     motion."""
-    bank.add(walk_file, "mine")
+    bank.add("mine", walk_file)
     before = bank["mine"]
     features = clip_features(walking_clip())
     features[..., :9] *= 1.2
     moving_more = own_motion(features, controller="another")
-    own_style.write(bank.bundled, moving_more, bank.model, bank.fingerprint)
+    own_style.write_own_style(bank.bundled, moving_more, bank.model, bank.fingerprint)
     with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
         again(bank)
     (bank.bundled / "other.safetensors").unlink()
@@ -183,7 +183,7 @@ def test_a_users_style_of_the_former_format_is_read_and_written_anew(bank):
     former(path, "limp", windows, bank.fingerprint)
     first, second = again(bank), again(bank)
     assert "limp" in first.names and same(first["limp"], second["limp"])
-    header, tensors = style_file.checked(path)
+    header, tensors = style_file.read_checked(path)
     assert (
         header["format"] == style_file.FORMAT
         and header["licence"] == "the user's own clip"
@@ -213,7 +213,7 @@ def test_several_files_make_one_style_that_knows_what_each_shows(bank, tmp_path)
     walk, stand = tmp_path / "walk.bvh", tmp_path / "stand.bvh"
     bvh.write(walk, walking_clip())
     bvh.write(stand, planted_clip())
-    added = bank.add([walk, stand], "mine")
+    added = bank.add("mine", walk, stand)
     assert len(added.clip) == 240
     assert added.taken == ("walk.bvh: walk from 0.0 to 4.0 s", "stand.bvh: stand from 0.0 to 2.0 s")
     gait = bank["mine"].gait

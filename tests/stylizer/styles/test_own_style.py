@@ -19,7 +19,7 @@ from sim.session import Session, check_own_style
 from stylizer.runtime.live import LiveStylizer
 from stylizer.styles import own_style
 from stylizer.styles.bank import StyleBank
-from stylizer.styles.own_style import FORWARD, OWN, SECONDS, capture, capture_motion, going
+from stylizer.styles.own_style import FORWARD, OWN, SECONDS, capture, capture_motion, walk_command
 from stylizer.styles.style_clips import WINDOW
 from stylizer.systems.motion_puzzle.config import KEY_POSES
 
@@ -46,7 +46,7 @@ def controller() -> PhaseFunctionedController:
 @pytest.fixture(scope="module")
 def fresh(controller) -> dict[str | float, np.ndarray]:
     """Ten seconds of features of every movement that is captured, and of speeds halfway between two."""
-    halfway = {speed: partial(going, speed, "run" if speed > 1.3 else "walk", FORWARD) for speed in HALFWAY}
+    halfway = {speed: partial(walk_command, speed, "run" if speed > 1.3 else "walk", FORWARD) for speed in HALFWAY}
     scripts = {**own_style.MOVEMENTS, **halfway}
     features = capture(controller, list(scripts.values()), SECONDS + LATER)
     return dict(zip(scripts, features[:, -SECONDS * FPS :]))
@@ -88,8 +88,8 @@ def test_halfway_between_two_captured_speeds_it_is_nearly_so(bank, fresh, speed)
 
 CAME_FROM = {
     "standing": lambda _: Command(),
-    "a run": partial(going, 3.0, "run", FORWARD),
-    "a step back": partial(going, 0.8, "walk", (0.0, -1.0)),
+    "a run": partial(walk_command, 3.0, "run", FORWARD),
+    "a step back": partial(walk_command, 0.8, "walk", (0.0, -1.0)),
 }
 
 
@@ -168,7 +168,9 @@ def test_a_capture_keeps_windows_with_their_stride_phase(controller, monkeypatch
 
 
 def test_a_capture_waits_until_the_controller_has_got_there(controller):
-    features = capture(controller, [partial(going, 1.3, "walk", FORWARD), partial(going, 3.0, "run", FORWARD)], 2)
+    features = capture(
+        controller, [partial(walk_command, 1.3, "walk", FORWARD), partial(walk_command, 3.0, "run", FORWARD)], 2
+    )
     assert features.shape == (2, 2 * FPS, 21, 15)
     first, whole = (features[:, :frames, 0, 13].mean(axis=1) for frames in (FPS // 4, 2 * FPS))
     np.testing.assert_allclose(whole, [1.3, 3.0], rtol=0.1)

@@ -14,7 +14,7 @@ from stylizer.styles.stride_residual import (
     CROSS_FADE,
     JOINTS,
     LONGEST_LOOP,
-    played,
+    play_residual,
     rest_unsure_joints,
     stride_locked_part,
     stride_residual,
@@ -97,8 +97,8 @@ def test_a_loop_is_played_at_60_hz_round_and_round():
     time = np.arange(90)
     loop = np.sin(2 * np.pi * time / 30)[:, None] * np.array([1.0, -2.0])
     for frame in (0, 2, 178, 180, 542):
-        np.testing.assert_array_equal(played(loop, frame), loop[frame // STRIDE % 90])
-    between = np.array([played(loop, frame) for frame in range(360)])
+        np.testing.assert_array_equal(play_residual(loop, frame), loop[frame // STRIDE % 90])
+    between = np.array([play_residual(loop, frame) for frame in range(360)])
     np.testing.assert_allclose(between[:, 0], np.sin(2 * np.pi * np.arange(360) / 60), atol=2e-3)
     np.testing.assert_array_equal(between[:180], between[180:])
 

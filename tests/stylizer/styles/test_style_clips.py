@@ -22,7 +22,7 @@ from stylizer.styles.style_clips import (
     main_clip,
     movements_in,
     no_cycles,
-    single,
+    single_clip,
     style_windows,
 )
 from stylizer.systems.motion_puzzle.config import KEY_POSES
@@ -160,13 +160,13 @@ def test_codes_are_interpolated_alike():
 def test_a_style_of_one_clip_is_the_same_everywhere():
     features = clip_features(walking_clip())
     one = style(1).features
-    clips = single(one, features)
+    clips = single_clip(one, features)
     assert clips.gait.root_velocities[0] == pytest.approx((0, SPEED, 0), abs=0.02)
     for velocity in ((0, 0, 0), (0, 3.5, 0), (-1, 0, 1)):
         assert all(
             torch.equal(a, b) for level in one for a, b in zip(clips.at(np.array(velocity, float))[level], one[level])
         )
-    assert torch.equal(single(torch.ones(8), features).at(np.ones(3)), torch.ones(8))
+    assert torch.equal(single_clip(torch.ones(8), features).at(np.ones(3)), torch.ones(8))
 
 
 def test_the_main_clip_is_the_first():

@@ -13,21 +13,21 @@ from sim.math import rotations as rot
 from sim.motion.features import clip_features
 from stylizer.data.dataset import MotionData, PackedClip
 from stylizer.data.domains import NOISE, LabelledSampler, label_of, labels_of
-from stylizer.data.sampler import statistics
+from stylizer.data.sampler import measure_statistics
 from stylizer.evaluation.playback import Styles, play_live
 from stylizer.networks.blocks import BODY, ROOTED, AdaIN, DomainHead, InstanceNorm, ResBlock, by_joint, whole
-from stylizer.runtime.global_motion import change_global_motion, rerouted
-from stylizer.runtime.offline import ResolvedStyle, as_pose, clip_style, resolve_styles, stylize
+from stylizer.runtime.global_motion import change_global_motion, follow_predicted_root
+from stylizer.runtime.offline import ResolvedStyle, encode_clip, resolve_styles, stylize, to_pose
 from stylizer.styles import code_bank
 from stylizer.styles.bank import BUNDLED
-from stylizer.styles.code_bank import CodeBank, build
+from stylizer.styles.code_bank import CodeBank, build_codes
 from stylizer.styles.keypoints_2d import TORSO
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips
-from stylizer.styles.style_file import checked, read_own_motion, read_windows, write
+from stylizer.styles.style_file import read_checked, read_own_motion, read_windows, write
 from stylizer.systems import checkpoint, diverse, latent, unpaired
 from stylizer.systems.registry import SYSTEMS
-from stylizer.systems.whole_body import completed, joints_by_code, together
+from stylizer.systems.whole_body import combine_joints, complete_features, joints_by_code
 from stylizer.training import train_systems
 from stylizer.training.train_systems import SystemTrainer
 from tests.stylizer.runtime.test_live import turn
@@ -56,7 +56,7 @@ def tiny(monkeypatch):
     for module in (unpaired, diverse, latent):
         monkeypatch.setattr(module, "CONFIGS", {name: TINY[name] for name in module.CONFIGS if name in TINY})
     monkeypatch.setattr(train_systems, "HELD_OUT_BATCHES", 1)
-    monkeypatch.setattr(train_systems, "statistics", lambda sampler: statistics(sampler, 2))
+    monkeypatch.setattr(train_systems, "measure_statistics", lambda sampler: measure_statistics(sampler, 2))
 
 
 @pytest.fixture(scope="module")
@@ -229,10 +229,10 @@ def test_a_view_is_the_body_turned_and_its_depth_dropped():
 
 def test_a_completed_body_has_our_bones_and_true_velocities():
     content = clip_features(walking_clip(90))[::2]
-    same = completed(content, content[..., 3:9], content[..., 0, :3])
+    same = complete_features(content, content[..., 3:9], content[..., 0, :3])
     assert np.allclose(same[1:, :, :9], content[1:, :, :9], atol=1e-6)
     assert np.allclose(same[2:, :, 9:12], content[2:, :, 9:12], atol=0.02)
-    standing = completed(content, content[..., 3:9], None)
+    standing = complete_features(content, content[..., 3:9], None)
     assert np.allclose(standing[..., :9], same[..., :9], atol=1e-6)
 
 
@@ -241,7 +241,9 @@ def test_parts_take_what_the_answer_in_their_own_style_says():
     assert set(joints[("a",)]) == set(PARTS["left_leg"] + PARTS["left_arm"]) and set(joints[("b",)]) == set(
         PARTS["spine"]
     )
-    result = together(np.zeros((2, 21, 15)), {("a",): np.ones((2, 21, 15)), ("b",): np.full((2, 21, 15), 2.0)}, joints)
+    result = combine_joints(
+        np.zeros((2, 21, 15)), {("a",): np.ones((2, 21, 15)), ("b",): np.full((2, 21, 15), 2.0)}, joints
+    )
     assert result[:, 1].min() == 1 and result[:, 9].max() == 2 and result[:, [5, 17]].max() == 0
 
 
@@ -250,7 +252,7 @@ def test_parts_take_what_the_answer_in_their_own_style_says():
 
 @pytest.fixture(scope="module")
 def poses():
-    every = as_pose(walking_clip(60))
+    every = to_pose(walking_clip(60))
     return [every[frame] for frame in range(60)]
 
 
@@ -287,9 +289,9 @@ def bank(request, tmp_path, monkeypatch, walk_file, own_file):
     (tmp_path / "styles").mkdir()
     shutil.copy(own_file, tmp_path / "styles")
     monkeypatch.setattr(code_bank, "BUNDLED", tmp_path / "styles")
-    build(request.param, checkpoint.FOLDER, tmp_path, tmp_path / "styles")
+    build_codes(request.param, checkpoint.FOLDER, tmp_path, tmp_path / "styles")
     bank = CodeBank(request.param, tmp_path / "styles", tmp_path / "user")
-    bank.add(walk_file, "limp")
+    bank.add("limp", walk_file)
     return bank
 
 
@@ -331,7 +333,7 @@ def test_only_labels_that_a_system_learned_are_asked_of_it_by_chance(bank):
 
 
 def test_a_user_style_added_for_one_stylizer_is_there_for_motion_puzzle(bank):
-    header, tensors = checked(bank.user / "limp.safetensors")
+    header, tensors = read_checked(bank.user / "limp.safetensors")
     (windows,) = read_windows(tensors)  # of one kind of movement
     assert windows.shape[1:] == (32, 21, 15) and len(windows) > 1
     assert header["weights"] == bank.fingerprint and header["controller"] == bank.controller
@@ -374,13 +376,13 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, poses):
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
 
     poses, wears = poses[:12], ({"left_arm": ("limp", 1.0)}, {}, {"spine": ("neutral", 1.0, "limp", 0.5)})
-    crowd, history, together = WholeBodyStylizer(bank).crowd(len(wears)), RingBuffer(), []
+    crowd, history, combine_joints = WholeBodyStylizer(bank).crowd(len(wears)), RingBuffer(), []
     for pose in poses:
         everyone = Pose.stacked([pose] * len(wears))
         history.push(everyone)
-        together.append(crowd.step(history.window(), everyone, wears))
+        combine_joints.append(crowd.step(history.window(), everyone, wears))
     for one, worn in enumerate(wears):
-        for styled, alone in zip(together, live_stream(WholeBodyStylizer, bank, poses, worn), strict=True):
+        for styled, alone in zip(combine_joints, live_stream(WholeBodyStylizer, bank, poses, worn), strict=True):
             assert np.allclose(styled.rotations[one], alone.rotations, atol=1e-9)
 
 
@@ -400,7 +402,7 @@ def test_offline_and_evaluation_speak_to_a_system_as_to_motion_puzzle(bank):
     styled = stylize(bank.model, walk, resolve_styles(bank, worn))
     apart = np.abs(np.sum(styled.rotations * walk.rotations, axis=-1)).min(axis=0) < 1 - 1e-6
     assert set(np.flatnonzero(apart)) == set(PARTS["left_arm"] + PARTS["right_arm"])
-    code = clip_style(bank.model, clip_features(walk), "old 1")
+    code = encode_clip(bank.model, clip_features(walk), "old 1")
     target = replace(code, features=code.features + 1)
     result = play_live(
         Styles(bank.model, {"neutral": code, "target": target}), walk, lambda _: {"spine": ("target", 1.0)}
@@ -428,7 +430,7 @@ def test_global_motion(bank):
         pace = bank._speeds["limp"] / velocity_factor(clip_features(walk))
         assert abs(len(change_global_motion(bank, walk, walk, worn)) - 120 / np.clip(pace, 0.5, 2)) < 2
     elif bank.model.KIND == "latent":
-        moved = rerouted(bank.model, walk)
+        moved = follow_predicted_root(bank.model, walk)
         assert len(moved) == 120 and np.allclose(moved.rotations[:, 1:], walk.rotations[:, 1:])
         assert np.allclose(moved.hips[:, 1], walk.hips[:, 1]) and np.allclose(moved.hips[0], walk.hips[0], atol=1e-6)
     else:

@@ -26,7 +26,7 @@ def styles(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("styles")
     for name in (OWN, STYLE):
         shutil.copy(BUNDLED / f"{name}.safetensors", folder)
-    code_bank.build(SYSTEM, checkpoint.FOLDER, folder, folder)
+    code_bank.build_codes(SYSTEM, checkpoint.FOLDER, folder, folder)
     path = folder / code_bank.FOLDER / f"{SYSTEM}.safetensors"
     header, tensors = checkpoint.read(path)
     tensors |= {name.replace(OWN, STYLE): 0.5 * tensor for name, tensor in tensors.items()}

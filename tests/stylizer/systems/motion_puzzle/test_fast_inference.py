@@ -8,7 +8,7 @@ import torch
 
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.motion_puzzle.direction_transfer import ROOT
-from stylizer.systems.motion_puzzle.fast_inference import FastInference, TorchInference, inference_form
+from stylizer.systems.motion_puzzle.fast_inference import FastInference, TorchInference, to_inference
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.motion_puzzle.style_tensors import cat_batch, expand_batch, stack_parts
 
@@ -64,7 +64,7 @@ def test_its_two_halves_are_the_network_up_to_rounding(name, change):
             expand_batch(styles[0], len(looks)),
         )
         windows[..., ROOT] = np.array([0.0, 1.0, 0.0]) * rng.uniform(0.6, 2.0, size=(len(looks), 16, 1, 1))
-        live, root_velocities = inference_form(model), windows[:, :, 0, ROOT].mean(axis=1)
+        live, root_velocities = to_inference(model), windows[:, :, 0, ROOT].mean(axis=1)
         styled, rebuilt = live.key_poses(windows[:, -1], root_velocities, root_velocities, style, own)
         ours = live.decoded(windows, style, own) + styled - rebuilt
         assert np.abs(ours - changed(model, windows, style, own)).max() < 1e-4
@@ -79,7 +79,7 @@ def test_its_two_halves_are_the_network_up_to_rounding(name, change):
 def test_the_quick_form_is_the_plain_one_up_to_rounding_whatever_way_the_body_goes(name, change):
     """Backwards, sideways, turning, standing, and at another speed than the neutral motion's."""
     model, styles, rng = network(name, change)
-    quick, plain = inference_form(model), TorchInference(model)
+    quick, plain = to_inference(model), TorchInference(model)
     assert type(quick) is FastInference
     windows = rng.normal(size=(6, 16, 21, 15))
     style, own = cat_batch([styles[1], styles[2]] * 3), expand_batch(styles[0], 6)

@@ -12,7 +12,7 @@ from stylizer.systems.motion_puzzle.config import KEY_POSES, SLIM
 from stylizer.systems.motion_puzzle.direction_transfer import ROOT
 from stylizer.systems.motion_puzzle.key_poses import BODY, KeyPoses
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import cat_batch, interpolated, mix_parts
+from stylizer.systems.motion_puzzle.style_tensors import cat_batch, interpolate, mix_parts
 from tests.support.walker import walking_clip
 
 
@@ -127,7 +127,7 @@ def test_a_style_is_the_same_however_often_its_clip_is_repeated(poses):
 def test_a_blend_of_two_styles_is_the_blend_of_what_they_put_on(poses):
     content, own = clip(samples=16), poses.style_side(clip())
     two = [poses.style_side(clip(shift, scale)) for shift, scale in ((0.3, 1.4), (-0.5, 0.7))]
-    blend = interpolated(*({KEY_POSES: style} for style in two), [0.25] * 5)[KEY_POSES]
+    blend = interpolate(*({KEY_POSES: style} for style in two), [0.25] * 5)[KEY_POSES]
     first, second = (apply_styled(poses, content, style, own) for style in two)
     assert torch.allclose(apply_styled(poses, content, blend, own), 0.75 * first + 0.25 * second, atol=1e-4)
 

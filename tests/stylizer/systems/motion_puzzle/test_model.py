@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from sim.body.kinematics import forward_kinematics as numpy_kinematics
+from sim.body.torch_kinematics import forward_kinematics
 from sim.math import rotations as rot
 from sim.motion.features import STRIDE, WINDOW, clip_features, rotations_of
 from stylizer.data.dataset import CLIP_WINDOW, LATER, STYLE_WINDOW
@@ -18,9 +19,8 @@ from stylizer.systems.motion_puzzle.objective import (
     PAPER,
     Inputs,
     _seen_later,
-    forward_kinematics,
-    imitated,
-    losses,
+    compute_losses,
+    imitate,
 )
 from stylizer.systems.motion_puzzle.style_tensors import mix_parts
 from tests.stylizer.conftest import TINY
@@ -156,9 +156,9 @@ def test_the_imitated_motion_takes_turns_from_the_match_and_the_way_from_the_con
     walk = torch.from_numpy(clip_features(walking_clip()).astype(np.float32))
     content, match = (model.normalize(walk[start : start + 32 : 2][None]) for start in (0, 20))
     use_target = torch.zeros(5, 1, dtype=torch.bool)
-    assert torch.allclose(imitated(model, content, match, use_target), content, atol=1e-3)
+    assert torch.allclose(imitate(model, content, match, use_target), content, atol=1e-3)
     use_target[0] = True
-    mixed = imitated(model, content, match, use_target)
+    mixed = imitate(model, content, match, use_target)
     assert torch.equal(mixed[1:5, ..., 3:9], match[1:5, ..., 3:9])
     assert torch.equal(mixed[5:, ..., 3:9], content[5:, ..., 3:9])
     assert torch.equal(mixed[..., 12:], content[..., 12:])
@@ -192,7 +192,7 @@ def test_one_batch_is_learned(recipe, learned):
     optimizer = torch.optim.Adam(model.parameters(), 5e-3)
     history = []
     for _ in range(60):
-        terms = losses(model, inputs, recipe)
+        terms = compute_losses(model, inputs, recipe)
         assert terms.keys() == recipe.weights.keys()
         history.append({name: value.item() for name, value in terms.items()})
         optimizer.zero_grad()
