@@ -9,6 +9,7 @@ import torch  # noqa: E402
 
 from controller.runtime.controller import PhaseFunctionedController  # noqa: E402
 from sim.latency import Latency  # noqa: E402
+from sim.protocols import NamedStylizer  # noqa: E402
 from sim.session import Session  # noqa: E402
 from stylizer.runtime import catalogue  # noqa: E402
 
@@ -18,12 +19,14 @@ gc.enable()
 BUNDLED_RECORDING = Path(__file__).parent / "recordings" / "demo.jsonl"
 
 
-def build_session(stylizer: str | None = None, latency: Latency | None = None) -> Session:
+def build_session(stylizer: str | None = None, latency: Latency | None = None) -> Session[NamedStylizer]:
     """A session with trained weights, `stylizer` naming the style-transfer system's (None: the shipped Motion Puzzle).
 
     Raises ValueError or OSError, in one sentence, where weights are missing, made for something else, or where the
     stylizer's own style is not that of the controller."""
-    session = Session(PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer), latency)
+    session: Session[NamedStylizer] = Session(
+        PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer), latency
+    )
     gc.collect()
     gc.freeze()  # what start-up left is here to stay: the collector need not walk it between two frames
     return session

@@ -4,7 +4,8 @@ import argparse
 import os
 import sys
 import warnings
-from typing import NoReturn, Sequence
+from types import ModuleType
+from typing import Any, NoReturn, Sequence
 
 from demo.commands import bench, doctor, evaluate, keys, live, replay, styles, stylize, train
 
@@ -83,11 +84,11 @@ def _run(arguments: Sequence[str] | None) -> int:
     try:
         args = build_parser().parse_args(arguments)
     except SystemExit as leaving:  # argparse has printed a --help
-        return leaving.code
+        return int(leaving.code or 0)
     return args.run(args)
 
 
-def _texts(module) -> dict:
+def _texts(module: ModuleType) -> dict[str, Any]:
     return {
         "description": module.HELP,
         "epilog": f"example:\n  {module.EXAMPLE}",

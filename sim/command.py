@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Mapping, Sequence
+from typing import TYPE_CHECKING, Mapping, Sequence
 
 import numpy as np
 
@@ -39,8 +39,19 @@ class Command:
     move: tuple[float, float] = (0.0, 0.0)
     face: tuple[float, float] | None = None
     gait: str = "walk"
-    style: StyleSpec | Mapping[str, PartLike] = field(default_factory=StyleSpec)
+    style: StyleSpec = field(default_factory=StyleSpec)
     pace: bool = False
+
+    if TYPE_CHECKING:  # the same, but that a plain mapping is taken for a style too
+
+        def __init__(
+            self,
+            move: tuple[float, float] = (0.0, 0.0),
+            face: tuple[float, float] | None = None,
+            gait: str = "walk",
+            style: StyleSpec | Mapping[str, PartLike] = ...,
+            pace: bool = False,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         for name, value in (("move", self.move), ("face", self.face)):

@@ -9,7 +9,7 @@ from collections import defaultdict
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Callable, Iterator
+from typing import Any, Callable, Iterator
 
 import numpy as np
 
@@ -36,10 +36,10 @@ class Latency:
         """The newest entry of a stage in milliseconds, 0 before the first."""
         return 1e3 * self.seconds[name][-1] if self.seconds[name] else 0.0
 
-    def report(self, startup_s: float = 0.0, **machine) -> dict:
+    def report(self, startup_s: float = 0.0, **machine: object) -> dict[str, Any]:
         """The latency report of DESIGN.md, Sec. 4. `machine` adds what only the caller knows (threads, torch)."""
         frames = 1e3 * np.array(self.seconds["frame"])
-        result = {
+        result: dict[str, Any] = {
             "machine": {"cpu": cpu_name(), "cores": os.cpu_count(), **machine},
             "frames": len(frames),
             "missed_60hz": int(np.sum(frames > BUDGET_MS)),
@@ -51,7 +51,7 @@ class Latency:
                 result[name] = percentiles(1e3 * np.array(self.seconds[name]))
         return result
 
-    def save(self, path: str | Path, **extra) -> None:
+    def save(self, path: str | Path, **extra: Any) -> None:
         """Writes the report as JSON. Raises OSError where it cannot."""
         Path(path).write_text(json.dumps(self.report(**extra), indent=2) + "\n")
 

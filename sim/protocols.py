@@ -26,8 +26,13 @@ class Trajectory(Protocol):
 class Controller(Protocol):
     """Turns the player's commands into neutral motion, one 60 Hz frame a call."""
 
-    fingerprint: str | None  # of its weights; None where it has none
-    trajectory: Trajectory | None  # to be drawn; None where it has none
+    @property
+    def fingerprint(self) -> str | None:
+        """Of its weights; None where it has none."""
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """To be drawn; None where it has none."""
 
     def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
         """The next neutral pose, at the pace that styled legs ask for."""
@@ -42,7 +47,9 @@ class Controller(Protocol):
 class Stylizer(Protocol):
     """Restyles the newest frame of a half-second window."""
 
-    own_of: str | None  # the fingerprint of the controller whose motion the own style is; None where it does not say
+    @property
+    def own_of(self) -> str | None:
+        """The fingerprint of the controller whose motion the own style is; None where it does not say."""
 
     def step(
         self,
@@ -58,7 +65,7 @@ class Stylizer(Protocol):
     def leg_strengths(self) -> np.ndarray:
         """(..., 2) how far the left and the right leg are styled now."""
 
-    def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    def pace(self, gaits: Sequence[str]) -> tuple[np.ndarray | float, np.ndarray | float]:
         """What the styles of the legs ask for in each character's gait: speed and playback rate of
         sim.motion.playback_pace.Pace, (...) each."""
 
@@ -72,7 +79,9 @@ class Stylizer(Protocol):
 class NamedStylizer(Stylizer, Protocol):
     """A stylizer as a window offers it to choose from: with a name, styles, and what can be done with them."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """As the window shows it."""
 
     @property
     def styles(self) -> tuple[str, ...]:
@@ -81,6 +90,9 @@ class NamedStylizer(Stylizer, Protocol):
     def learn(self, *paths: Path) -> tuple[str, Clip]:
         """Adds a style made of BVH clips, under a name made from the first file's: the name, and that clip on our
         skeleton. Raises ValueError or OSError."""
+
+    def movements(self, style: str) -> tuple[str, ...]:
+        """What the clips of a style show, by the names of sim.motion.gait.MOVEMENTS."""
 
     def resample(self) -> None:
         """Samples the styles that come from a prior again. Raises ValueError where it has none."""

@@ -2,6 +2,7 @@
 `Session.step`."""
 
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from sim.latency import Latency
 from sim.motion.feature_window import RingBuffer
 from sim.motion.playback_pace import OWN_PACE, Pace, PaceFollower
 from sim.protocols import Controller, Stylizer
+
+S = TypeVar("S", bound=Stylizer)
 
 
 @dataclass(frozen=True)
@@ -34,10 +37,10 @@ def check_own_style(own_of: str | None, controller: str | None) -> None:
         )
 
 
-class Session:
+class Session(Generic[S]):
     """The whole line but its two ends. A step is 1/60 s of simulated time, always; no clock is read inside."""
 
-    def __init__(self, controller: Controller, stylizer: Stylizer, latency: Latency | None = None) -> None:
+    def __init__(self, controller: Controller, stylizer: S, latency: Latency | None = None) -> None:
         """Raises ValueError where the stylizer's own style is that of another controller."""
         self.controller = controller
         self.stylizer = stylizer
@@ -48,12 +51,12 @@ class Session:
         self.history, self.foot_lock, self.pace = RingBuffer(), FootLock(), PaceFollower()
 
     @property
-    def stylizer(self) -> Stylizer:
+    def stylizer(self) -> S:
         """What restyles the motion; another one that is set goes on from the next frame."""
         return self._stylizer
 
     @stylizer.setter
-    def stylizer(self, stylizer: Stylizer) -> None:
+    def stylizer(self, stylizer: S) -> None:
         check_own_style(stylizer.own_of, self.controller.fingerprint)
         self._stylizer = stylizer
 
@@ -65,7 +68,7 @@ class Session:
         self.stylizer.restart()
         self._begin()
 
-    def crowd(self, count: int) -> "Session":
+    def crowd(self, count: int) -> "Session[Stylizer]":
         """So many characters with the same models, standing at the start point, all moved by one step of `Commands`.
 
         Each moves as it would alone, for a fraction of what it would cost: the networks are asked for many at once."""

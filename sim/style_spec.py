@@ -116,7 +116,8 @@ def _read_part(target: str, wanted: Any) -> PartSpec:
     for number, what, highest in zip(wanted[1::2], ("strength", "share"), (MAX_STRENGTH, 1), strict=False):
         if not 0 <= number <= highest:
             raise ValueError(f"the {what} of {target} is {number}, but must lie in 0 .. {highest}")
-    return PartSpec(*(value if isinstance(value, str) else float(value) for value in wanted))
+    name, strength, other, share = wanted if len(wanted) == 4 else (*wanted, None, 0.0)
+    return PartSpec(name, float(strength), other, float(share))
 
 
 def is_number(value: object) -> bool:

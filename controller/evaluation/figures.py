@@ -84,26 +84,28 @@ def feet(played: Mapping[str, Trial], real: RealClips | None) -> dict[str, Figur
         limit = 10.0 if theirs is None else min(10.0, theirs)
         result[f"skate_{name}_cm_s"] = Figure(_pooled(locked, _skate, gait), theirs, high=limit)
     for gait, name in GAITS_MEASURED:
-        slide = (_pooled(motions, _contact_speed, gait) for motions in (locked, captured))
-        result[f"contact_speed_{name}_cm_s"] = Figure(*slide, high=2.0)
+        slide, theirs = (_pooled(motions, _contact_speed, gait) for motions in (locked, captured))
+        result[f"contact_speed_{name}_cm_s"] = Figure(slide, theirs, high=2.0)
     for toe, side in enumerate(("left", "right")):
-        share = (
-            _pooled(motions, lambda m, toe=toe: m.contacts[:, 2 * toe + 1] > PLANTED, WALKING)
-            for motions in (locked, captured)
-        )
-        result[f"toe_contact_{side}_share"] = Figure(*share, low=0.45, high=0.7)
+        share, theirs = (_pooled(motions, _toe_contact(toe), WALKING) for motions in (locked, captured))
+        result[f"toe_contact_{side}_share"] = Figure(share, theirs, low=0.45, high=0.7)
     # Two readings of the floor: no joint is under it; no toe joint is lower than in a flat foot, or the sole dips in.
     for name, joints, level in (("floor_pierced", slice(None), 0.0), ("toe_dip", TOES, TOE_HEIGHT)):
-        depth = (
+        depth, theirs = (
             _percentile_99([depth_under(m.positions[:, joints, 1], level) * CENTI for m in motions])
             for motions in (locked, captured)
         )
-        result[f"{name}_p99_cm"] = Figure(*depth, high=1.0)
+        result[f"{name}_p99_cm"] = Figure(depth, theirs, high=1.0)
     return result
 
 
 def _skate(motion: Motion) -> np.ndarray:
     return foot_skate(motion.positions[:, TOES]) * CENTI
+
+
+def _toe_contact(toe: int) -> Measure:
+    """Whether the left toe (0) or the right (1) is in contact."""
+    return lambda motion: motion.contacts[:, 2 * toe + 1] > PLANTED
 
 
 def _contact_speed(motion: Motion) -> np.ndarray:
@@ -147,9 +149,13 @@ def likeness(real: RealClips | None, followed: Sequence[Motion]) -> dict[str, Fi
         theirs = _pooled(captured, _skate, gait)
         result[f"same_ways_skate_{name}_cm_s"] = Figure(_pooled(ours, _skate, gait), theirs, high=theirs)
     result |= _walking_jerk("same_ways_", ours, captured)
-    theirs, ours = ([pose_and_velocity(motion.features()) for motion in side] for side in (captured, ours))
-    distance = frechet_distance(np.concatenate(ours), np.concatenate(theirs)) * CENTI**2 if real else None
-    halves = between_halves(theirs) * CENTI**2 if len(theirs) > 1 else None
+    real_features, our_features = (
+        [pose_and_velocity(motion.features()) for motion in side] for side in (captured, ours)
+    )
+    distance = (
+        frechet_distance(np.concatenate(our_features), np.concatenate(real_features)) * CENTI**2 if real else None
+    )
+    halves = between_halves(real_features) * CENTI**2 if len(real_features) > 1 else None
     result["same_ways_frechet_distance_cm2"] = Figure(distance, halves, high=None if halves is None else 1.5 * halves)
     return result
 
@@ -215,9 +221,9 @@ def _jerk_at(step: int) -> Measure:
 def _pooled(motions: Sequence[Motion], measure: Measure, gait: int | None = None) -> float | None:
     """Mean of a measure over all frames of one gait (None: every frame) where it applies; None if it never does."""
     values = [measure(m)[slice(None) if gait is None else m.gait[:, gait] > 0.5].ravel() for m in motions]
-    values = np.concatenate([np.empty(0), *values])
-    values = values[~np.isnan(values)]
-    return float(values.mean()) if len(values) else None
+    pooled = np.concatenate([np.empty(0), *values])
+    pooled = pooled[~np.isnan(pooled)]
+    return float(pooled.mean()) if len(pooled) else None
 
 
 def _percentile_99(values: Sequence[np.ndarray]) -> float | None:

@@ -78,7 +78,7 @@ def joint_angles(rotations: np.ndarray, facing: np.ndarray) -> np.ndarray:
 def outside(angles: np.ndarray, low: np.ndarray, high: np.ndarray, margin: float) -> np.ndarray:
     """Whether any of the angles (frames, ...) is beyond low .. high (...) by more than the margin: (frames,)."""
     beyond = (angles < low - margin) | (angles > high + margin)
-    return beyond.reshape(len(angles), -1).any(axis=1)
+    return np.any(beyond.reshape(len(angles), -1), axis=1)
 
 
 def spells(holds: np.ndarray, seconds: float) -> list[slice]:

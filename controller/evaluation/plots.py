@@ -1,10 +1,12 @@
 """Pictures of an evaluation: where the character was asked to go and went, how fast, and what its feet did."""
 
 from pathlib import Path
-from typing import Mapping
+from typing import Any, Mapping, Sequence
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from controller.evaluation.suite import Trial
 from sim.body.skeleton import TOE_HEIGHT
@@ -19,7 +21,7 @@ from controller.evaluation.pose_strips import draw_strips  # noqa: E402
 
 DESIRED, WALKED, FACING = "#9aa5b1", "#0b6e99", "#c8553d"
 SIDES = {"left": ("#0b6e99", 1), "right": ("#c8553d", 3)}  # colour, and the toe's column among the contact joints
-STYLE = {
+STYLE: dict[Any, object] = {
     "font.size": 9,
     "axes.titlesize": 10,
     "axes.spines.top": False,
@@ -54,7 +56,7 @@ def save_plots(folder: Path, played: Mapping[str, Trial], data: Path | None = No
     return paths
 
 
-def _trajectories(played: Mapping[str, Trial]):
+def _trajectories(played: Mapping[str, Trial]) -> Figure:
     """From above: the way the stick alone would give, and the character's."""
     figure, panels = _grid(played, "Trajectory asked and walked, from above (metres)", height=2.3)
     for axes, trial in zip(panels, played.values()):
@@ -83,7 +85,7 @@ def _trajectories(played: Mapping[str, Trial]):
     return _with_legend(figure, panels[0])
 
 
-def _speeds(played: Mapping[str, Trial]):
+def _speeds(played: Mapping[str, Trial]) -> Figure:
     """Root speed over time against the one asked for."""
     figure, panels = _grid(played, "Speed asked and walked (m/s over seconds)", height=1.7)
     for axes, trial in zip(panels, played.values()):
@@ -94,7 +96,7 @@ def _speeds(played: Mapping[str, Trial]):
     return _with_legend(figure, panels[0])
 
 
-def _feet(played: Mapping[str, Trial]):
+def _feet(played: Mapping[str, Trial]) -> Figure:
     """Toe heights before and after the foot lock, and when each toe is in contact."""
     trials = {name: span for name, span in STRIDES.items() if name in played}
     figure, panels = plt.subplots(
@@ -122,7 +124,7 @@ def _feet(played: Mapping[str, Trial]):
     return _with_legend(figure, panels[0, 0])
 
 
-def _grid(played: Mapping[str, Trial], title: str, height: float):
+def _grid(played: Mapping[str, Trial], title: str, height: float) -> tuple[Figure, Sequence[Axes]]:
     """A figure with one titled panel a take; panels left over are taken away."""
     rows = -(-len(played) // COLUMNS)
     figure, panels = plt.subplots(
@@ -133,10 +135,10 @@ def _grid(played: Mapping[str, Trial], title: str, height: float):
         axes.set_title(name)
     for axes in panels.flat[len(played) :]:
         axes.remove()
-    return figure, panels.flat
+    return figure, list(panels.flat)
 
 
-def _with_legend(figure, axes):
+def _with_legend(figure: Figure, axes: Axes) -> Figure:
     """One legend for all panels, under them."""
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure

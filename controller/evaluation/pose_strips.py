@@ -6,6 +6,8 @@ from typing import Callable, Mapping
 
 import numpy as np
 from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from controller.evaluation.suite import Motion, Trial
 from controller.training.dataset import load_neutral
@@ -51,7 +53,7 @@ MOVEMENTS: dict[str, tuple[str, str, Callable[[Motion], int], float]] = {
 }
 
 
-def draw_strips(played: Mapping[str, Trial], data: Path | None):
+def draw_strips(played: Mapping[str, Trial], data: Path | None) -> Figure:
     """A figure with a row of ours and a row of the captured clip, where `data` holds it, for every movement."""
     rows = []
     for movement, (name, clip, moment, seconds) in MOVEMENTS.items():
@@ -75,7 +77,7 @@ def _around(motion: Motion, moment: Callable[[Motion], int], seconds: float) -> 
     return motion[start : start + length]
 
 
-def _strip(axes, motion: Motion) -> None:
+def _strip(axes: Axes, motion: Motion) -> None:
     """Poses side by side, seen as the first one faces; a dot is a joint in contact with the floor."""
     frames = np.linspace(0, len(motion) - 1, POSES).round().astype(int)
     turn = rot.from_yaw(-motion.root.facing[0] + np.pi / 2 - VIEW)

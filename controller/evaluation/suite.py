@@ -70,7 +70,7 @@ class Motion:
     @classmethod
     def of_poses(cls, poses: Sequence[Pose]) -> "Motion":
         """What a session played; the root frame is the controller's own."""
-        facing = np.unwrap([pose.root_facing for pose in poses])
+        facing = np.unwrap(np.array([pose.root_facing for pose in poses]))
         root = RootFrame(np.array([pose.root_position for pose in poses]), facing)
         positions, rotations, contacts = (
             np.array([getattr(pose, name) for pose in poses]) for name in ("positions", "rotations", "contacts")
@@ -131,9 +131,15 @@ class Trial:
 class Unstyled:
     """In the stylizer's place: the neutral pose passes through, as it does while no style is asked for."""
 
-    own_of = None
+    own_of: str | None = None
 
-    def step(self, window: np.ndarray, neutral: Pose, style: StyleSpec, travel: float = 1.0) -> Pose:
+    def step(
+        self,
+        window: np.ndarray,
+        neutral: Pose,
+        style: StyleSpec | Sequence[StyleSpec],
+        travel: np.ndarray | float = 1.0,
+    ) -> Pose:
         """The neutral pose itself."""
         return neutral
 
@@ -148,15 +154,20 @@ class Unstyled:
     def restart(self) -> None:
         """Nothing is remembered."""
 
+    def crowd(self, count: int) -> "Unstyled":
+        """It passes a crowd through as well."""
+        return self
+
 
 def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[], object] = lambda: None) -> Trial:
     """The script through a new session, from how a new controller stands; that one is left as it is. `tick` is called
     once a frame."""
-    session = Session(copy.deepcopy(standing), Unstyled())
+    controller = copy.deepcopy(standing)
+    session = Session(controller, Unstyled())
     frames, simulated = [], []
     for command in script:
         frames.append(session.step(command))
-        simulated.append(session.controller.trajectory.simulated)
+        simulated.append(controller.trajectory.simulated)
         tick()
     return Trial(
         script,
@@ -204,7 +215,7 @@ def random_sticks(seconds: float = RANDOM_SECONDS, seed: int = 1) -> Script:
     random = np.random.default_rng(seed)
     commands: list[Command] = []
     while len(commands) < seconds * FPS:
-        move, face = (tuple(map(float, (np.sin(angle), np.cos(angle)))) for angle in random.uniform(0, 2 * np.pi, 2))
+        move, face = ((float(np.sin(angle)), float(np.cos(angle))) for angle in random.uniform(0, 2 * np.pi, 2))
         length = 0.0 if random.random() < 0.2 else float(random.uniform(0.3, 1.0))
         command = Command(
             (move[0] * length, move[1] * length),

@@ -27,9 +27,9 @@ def foot_strikes(contacts: np.ndarray) -> list[tuple[int, int]]:
         down = joints.max(axis=1) > 0.5
         frames = np.flatnonzero(~down[:-1] & down[1:]) + 1
         last = -FPS
-        for frame in frames:
+        for frame in frames.tolist():
             if frame - last > STEP_SHORTEST * FPS:
-                strikes.append((int(frame), foot))
+                strikes.append((frame, foot))
                 last = frame
     return sorted(strikes)
 

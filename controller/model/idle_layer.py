@@ -43,7 +43,7 @@ def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray
         stretch = positions[start : start + length]
         # The smoothed root takes part in a weight shift; here it must stand, or the feet would move instead.
         hips = stretch[:, 0] + np.insert(np.cumsum(targets[start : start + length, root], axis=0), 1, 0.0, axis=1)
-        sway = np.linalg.norm(hips.std(axis=0))
+        sway = float(np.linalg.norm(hips.std(axis=0)))
         if np.linalg.norm(stretch[:, ARMS[-1]].std(axis=0), axis=-1).max() < QUIET and sway > most:
             axes = targets[start : start + length, OUTPUT_SLICES["rotations"]].reshape(length, JOINT_COUNT, 6)
             best, most = _harmonics(rot.from_6d(axes.astype(float)), hips.astype(float)), sway

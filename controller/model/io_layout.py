@@ -5,6 +5,7 @@ pose at t; the output is the pose at t + 1, the root's path from t to t + 1 (in 
 looks like from t + 1."""
 
 import math
+from typing import Mapping
 
 from sim.body.skeleton import CONTACT_JOINTS, JOINT_COUNT
 
@@ -33,7 +34,7 @@ OUTPUT = {
 }
 
 
-def slices(layout: dict[str, tuple[int, ...]]) -> dict[str, slice]:
+def slices(layout: Mapping[str, tuple[int, ...]]) -> dict[str, slice]:
     """Where each part lies in the flat vector."""
     result, start = {}, 0
     for name, shape in layout.items():

@@ -52,6 +52,13 @@ class PhaseLinear(nn.Module):
 class PhaseFunctionedNetwork(nn.Module):
     """Normalised input and phase to normalised output. The statistics travel with the weights."""
 
+    input_mean: torch.Tensor
+    input_std: torch.Tensor
+    output_mean: torch.Tensor
+    output_std: torch.Tensor
+    standing: torch.Tensor
+    idle: torch.Tensor
+
     def __init__(self, hidden: int = 512, dropout: float = 0.0) -> None:
         super().__init__()
         self.layers = nn.ModuleList(

@@ -33,7 +33,7 @@ class PhaseTable:
         # What goes into each layer: once for either entry, each with a 1 at its end that the bias is multiplied by.
         self._inputs = [np.ones((2, table.shape[1]), np.float32) for table in self.layers]
 
-    def __deepcopy__(self, memo: dict) -> "PhaseTable":
+    def __deepcopy__(self, memo: dict[int, object]) -> "PhaseTable":
         return self  # nothing in it changes from step to step: copies of a character share it
 
     def __call__(self, x: np.ndarray, phase: np.ndarray) -> np.ndarray:
@@ -73,8 +73,9 @@ def fit_coefficients(entries: int) -> np.ndarray:
 
 def _tabulated(layer: torch.nn.Module, coefficients: np.ndarray) -> np.ndarray:
     """Weights, and the bias below them, at each entry: (entries, inputs + 1, outputs)."""
-    weight = layer.weight.detach().unflatten(0, (CONTROL_POINTS, -1)).transpose(1, 2)
-    points = torch.cat([weight, layer.bias.detach().view(CONTROL_POINTS, 1, -1)], dim=1)
+    weight = layer.get_parameter("weight").detach().unflatten(0, (CONTROL_POINTS, -1)).transpose(1, 2)
+    bias = layer.get_parameter("bias").detach().view(CONTROL_POINTS, 1, -1)
+    points = torch.cat([weight, bias], dim=1)
     return torch.mm(torch.from_numpy(coefficients), points.flatten(1)).view(-1, *points.shape[1:]).numpy()
 
 

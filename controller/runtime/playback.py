@@ -45,13 +45,11 @@ class Playback:
         c = self.clock
         weights = c * (c - 1) / 2, 1 - c * c, c * (c + 1) / 2
 
-        def between(a: np.ndarray, b: np.ndarray, z: np.ndarray) -> np.ndarray:
-            return sum(
-                np.asarray(w).reshape((*np.shape(c), *[1] * (np.ndim(z) - np.ndim(c)))) * value
-                for w, value in zip(weights, (a, b, z))
-            )
+        def between(a: np.ndarray | float, b: np.ndarray | float, z: np.ndarray | float) -> np.ndarray:
+            shape = *np.shape(c), *[1] * (np.ndim(z) - np.ndim(c))
+            return sum((np.reshape(w, shape) * value for w, value in zip(weights, (a, b, z))), np.zeros(()))
 
-        def turning(angles: list[np.ndarray]) -> list[np.ndarray]:
+        def turning(angles: list[np.ndarray | float]) -> list[np.ndarray | float]:
             return [angles[-1] + rot.wrap_angle(angle - angles[-1]) for angle in angles]
 
         poses = [first, middle, last]

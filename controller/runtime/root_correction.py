@@ -30,9 +30,9 @@ class RootCorrection:
         moved = now - (now if self.feet is None else self.feet)
         weight = held * (held.max(axis=-1) / np.maximum(held.sum(axis=-1), 1e-9))[..., None]
         self.feet = feet
-        self.slide = self.slide + (np.vecdot(weight[..., None], moved, axis=-2) - self.slide) * (
-            1 - decay(HALFLIFE, 1 / FPS)
-        )
+        # numpy's types leave the axis out
+        slide = np.vecdot(weight[..., None], moved, axis=-2)  # type: ignore[call-overload]
+        self.slide = self.slide + (slide - self.slide) * (1 - decay(HALFLIFE, 1 / FPS))
         result = root.copy()
         result[..., :2] -= SHARE * self.slide
         return result

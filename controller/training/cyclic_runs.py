@@ -76,7 +76,7 @@ def _best_cycle(positions: np.ndarray, phase: np.ndarray, root: RootFrame) -> tu
 def _is_straight_run(root: RootFrame, a: int, b: int) -> bool:
     """Whether the root runs straight ahead from frame a to b."""
     displacement = root.positions[b] - root.positions[a]
-    return (
+    return bool(
         np.linalg.norm(displacement) * FPS / (b - a) > SPEED
         and abs(rot.wrap_angle(rot.yaw_of(displacement) - root.facing[a:b].mean())) < STRAIGHT
         and abs(root.facing[b] - root.facing[a]) < STRAIGHT

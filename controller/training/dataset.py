@@ -159,9 +159,9 @@ def load_clips(folder: Path, workers: int = 2) -> tuple[list[Path], list[Clip]]:
     for reason in loaded:
         if isinstance(reason, str):
             print(f"skipped {reason}", file=sys.stderr)
-    loaded = [each for each in loaded if not isinstance(each, str)]
-    paths, clips, actors = ([each[field] for each in loaded] for field in range(3))
-    return paths, share_posture(clips, actors)
+    usable = [each for each in loaded if not isinstance(each, str)]
+    clips, actors = [clip for _, clip, _ in usable], [actor for _, _, actor in usable]
+    return [path for path, _, _ in usable], share_posture(clips, actors)
 
 
 def _load(path: Path) -> tuple[Path, Clip, tuple] | str:

@@ -44,7 +44,8 @@ def compute_losses(
     planted = 1 + (PLANTED_WEIGHT - 1) * target[:, contacts, None]
     losses["slide"] = (speed[:, CONTACT_JOINTS][..., [0, 2]] * planted).mean()
     losses["motion"] = speed.mean()
-    return {"loss": sum(WEIGHTS[name] * value for name, value in losses.items()), **losses}
+    loss = sum((WEIGHTS[name] * value for name, value in losses.items()), torch.zeros((), device=y.device))
+    return {"loss": loss, **losses}
 
 
 def joint_positions(y: torch.Tensor) -> torch.Tensor:

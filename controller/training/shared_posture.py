@@ -53,7 +53,7 @@ def share_posture(clips: Sequence[Clip], actors: Sequence[Hashable]) -> list[Cli
     for clip, actor in zip(clips, actors, strict=True):
         walks[actor].append(measure_walk(clip))
     postures = {
-        actor: rot.from_6d(sum(walk.total for walk in each))
+        actor: rot.from_6d(sum((walk.total for walk in each), np.zeros(6)))
         for actor, each in walks.items()
         if sum(walk.frames for walk in each) >= SHORTEST_WALK
     }

@@ -92,6 +92,13 @@ class Trainer:
         learned = ~frames.held_out if not frames.held_out.all() else frames.held_out  # too few clips to hold any out
         self.split = {"train": Starts(frames, learned), "held_out": Starts(frames, frames.held_out)}
 
+    @property
+    def averaged(self) -> PhaseFunctionedNetwork:
+        """The network with the mean weights of the last updates."""
+        network = self.average.module
+        assert isinstance(network, PhaseFunctionedNetwork)
+        return network
+
     def update(self, progress: float) -> dict[str, float]:
         """One step of the optimiser; progress 0..1 sets rollout length and learning rate. Returns the losses by
         name."""
@@ -157,7 +164,7 @@ class Trainer:
         held_out = self.split["held_out"]
         if len(held_out.starts):
             starts = held_out.draw(np.random.default_rng(0), 16, 256)
-            losses = self.rollout(starts, 16, noise=False, network=self.average.module)
+            losses = self.rollout(starts, 16, noise=False, network=self.averaged)
             row |= {f"held_out_{name}": value.item() for name, value in losses.items()}
         new = not path.exists()
         with path.open("a", newline="") as file:
@@ -251,14 +258,14 @@ def _save_weights(trainer: Trainer, out_dir: Path, data_dir: Path, minutes: floa
     origin = {"started_from": fingerprint(start.stem, start.parent)} if start else {}
     command = f"patchwalk train controller --minutes {minutes:g}" + (f" --start {start.name}" if start else "")
     save(
-        trainer.average.module.cpu(),
+        trainer.averaged.cpu(),
         out_dir / f"{MODEL}.safetensors",
         licence=credits,
         command=command,
         commit=commit(),
         **origin,
     )
-    trainer.average.module.to(trainer.device)
+    trainer.averaged.to(trainer.device)
 
 
 def plot_curve(path: Path) -> None:

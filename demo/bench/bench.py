@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from typing import Callable, Iterator
+from typing import Callable, Iterator, Sequence
 
 import numpy as np
 import torch
@@ -23,8 +23,9 @@ from sim.io import recording
 from sim.latency import Latency, percentiles
 from sim.motion.clip import FPS
 from sim.session import Session
+from sim.style_spec import PartLike, StyleSpec
 from stylizer.runtime.live import LiveStylizer
-from stylizer.systems.motion_puzzle.config import CONFIGS
+from stylizer.systems.motion_puzzle.config import CONFIGS, Config
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
 WARM_UP = 2 * FPS  # frames that are stepped before anything counts
@@ -61,9 +62,9 @@ def measure(characters: int, seconds: float, started: float) -> dict:
     turns = min(TURNS, max(1, frames // (4 * PERIOD)))
     with leave_out(latency):
         products = products_of(lambda: play(crowd, commands, PERIOD))
-    probe, pauses = Probe([tuple(shape) for batch, *shape in products for _ in range(batch)]), Pauses()
+    probe, pauses = Probe([(m, k, n) for batch, m, k, n in products for _ in range(batch)]), Pauses()
     rival_times, crowd_times, memory = defaultdict(list), defaultdict(list), [(0, memory_mb())]
-    preempted = usage("ru_nivcsw")
+    before = usage("ru_nivcsw")
     for turn in range(turns):
         with leave_out(latency):
             play(crowd, commands, PERIOD)  # the caches are as a session leaves them, not as the others did
@@ -74,7 +75,8 @@ def measure(characters: int, seconds: float, started: float) -> dict:
                 rival_times[name].append(time_call(evaluate))
         probe.take()
         memory.append((len(latency.seconds["frame"]), memory_mb()))
-    preempted = None if preempted is None else usage("ru_nivcsw") - preempted
+    after = usage("ru_nivcsw")
+    preempted = None if before is None or after is None else after - before
     with leave_out(latency):
         for size, seconds_each in time_crowds(session, script, {*CROWDS, characters}):
             crowd_times[size].append(seconds_each)
@@ -103,9 +105,10 @@ def measure(characters: int, seconds: float, started: float) -> dict:
 
 def dress(session: Session) -> list[Command]:
     """The bundled recording with every part restyled in every frame: an unstyled frame asks no network."""
-    dress = dict.fromkeys(PART_NAMES, (session.stylizer.styles[0], 1.0))
+    dress: dict[str, PartLike] = dict.fromkeys(PART_NAMES, (session.stylizer.styles[0], 1.0))
     return [
-        replace(command, style={**dress, **command.style}) for command in recording.read(assemble.BUNDLED_RECORDING)
+        replace(command, style=StyleSpec({**dress, **command.style}))
+        for command in recording.read(assemble.BUNDLED_RECORDING)
     ]
 
 
@@ -142,7 +145,7 @@ def leave_out(latency: Latency) -> Iterator[None]:
         del seconds[counted.get(name, 0) :]
 
 
-def make_rival(config) -> Callable[[], object]:
+def make_rival(config: Config) -> Callable[[], object]:
     """A network of the paper with weights that nobody trained, which cost the same: restyles a window, its style
     ready."""
     model = MotionPuzzle(config).eval()
@@ -183,7 +186,7 @@ class Pauses:
     def __enter__(self) -> None:
         gc.callbacks.append(self._heard)
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         gc.callbacks.remove(self._heard)
 
     def _heard(self, when: str, _: dict) -> None:
@@ -197,7 +200,7 @@ class Pauses:
 
 
 def bound(
-    session: Session, products: list[tuple[int, ...]], probe: Probe, shipped_ms: float, characters: int
+    session: Session, products: Sequence[tuple[int, ...]], probe: Probe, shipped_ms: float, characters: int
 ) -> dict | None:
     """How near the shipped stylizer is, for one character, to what this machine could do: its arithmetic at the speed
     of its own products, and its weights once through memory, whichever takes longer. None where it multiplies no
@@ -218,7 +221,7 @@ def bound(
     }
 
 
-def compare_halves(seconds, memory: list[tuple[int, float]]) -> dict | None:
+def compare_halves(seconds: Sequence[float], memory: list[tuple[int, float]]) -> dict | None:
     """The last minute beside the first, and what memory grew by between them; None for a run of less than two
     minutes."""
     if len(seconds) < 2 * MINUTE:
@@ -233,7 +236,7 @@ def compare_halves(seconds, memory: list[tuple[int, float]]) -> dict | None:
     }
 
 
-def timeline(seconds) -> list[list[float]]:
+def timeline(seconds: Sequence[float]) -> list[list[float]]:
     """[p50, p99] milliseconds of the frames of every second."""
     return [
         [p["p50_ms"], p["p99_ms"]]
@@ -242,7 +245,7 @@ def timeline(seconds) -> list[list[float]]:
     ]
 
 
-def by_period(seconds) -> np.ndarray:
+def by_period(seconds: Sequence[float]) -> np.ndarray:
     """A frame's share of every PERIOD frames."""
     return np.array(seconds[: len(seconds) // PERIOD * PERIOD]).reshape(-1, PERIOD).mean(axis=1)
 

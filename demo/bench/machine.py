@@ -45,10 +45,11 @@ class Probe:
 
     def __init__(self, shapes: Sequence[tuple[int, int, int]]) -> None:
         dearest = sorted(set(shapes), key=lambda shape: -np.prod(shape) * shapes.count(shape))[:SHAPES]
-        self.speeds = {shape: [] for shape in (*dearest, LARGE)}
+        self.speeds: dict[tuple[int, int, int], list[float]] = {shape: [] for shape in (*dearest, LARGE)}
         self._pairs = {(m, k, n): (torch.randn(m, k), torch.randn(k, n)) for m, k, n in self.speeds}
         self._own = {shape: shapes.count(shape) * int(np.prod(shape)) for shape in dearest}
-        self._memory, self._reads = np.ones(READ_MB * 250_000, np.float32), []
+        self._memory = np.ones(READ_MB * 250_000, np.float32)
+        self._reads: list[float] = []
 
     def take(self) -> None:
         """One turn of each."""

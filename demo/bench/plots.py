@@ -1,9 +1,11 @@
 """The picture of a bench report: times of what it compares, of crowds, and of the frames as they went by."""
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 
 from sim.io.atomic_write import atomic_write
 from sim.latency import BUDGET_MS, STAGES
@@ -12,7 +14,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backend that needs no display
 
 OURS, THEIRS, LATE = "#0b6e99", "#9aa5b1", "#c8553d"
-STYLE = {
+STYLE: dict[Any, object] = {
     "font.size": 9,
     "axes.titlesize": 10,
     "axes.spines.top": False,
@@ -40,7 +42,7 @@ def save(report: dict, path: Path, quality: list[dict] | None = None) -> None:
     figures."""
     with plt.rc_context(STYLE), atomic_write(path) as temporary:
         figure = plt.figure(figsize=(10, 9 if quality else 6), layout="constrained")
-        parts = figure.subfigures(2, 1, height_ratios=(2, 1)) if quality else [figure]
+        parts = figure.subfigures(2, 1, squeeze=False, height_ratios=(2, 1))[:, 0] if quality else [figure]
         top, bottom = parts[0].subplots(2, 2, width_ratios=(3, 2))
         _compared(top[0], report)
         _crowds(top[1], report)
@@ -57,7 +59,7 @@ def save(report: dict, path: Path, quality: list[dict] | None = None) -> None:
         plt.close(figure)
 
 
-def _compared(axes, report: dict) -> None:
+def _compared(axes: Axes, report: dict) -> None:
     times = [report["stylizer_ms"][name] for name in LABELS]
     middle = [time["p50"] for time in times]
     spread = [[0] * len(times), [time["p99"] - time["p50"] for time in times]]
@@ -68,7 +70,7 @@ def _compared(axes, report: dict) -> None:
     axes.invert_yaxis()
 
 
-def _crowds(axes, report: dict) -> None:
+def _crowds(axes: Axes, report: dict) -> None:
     sizes, each = zip(*((int(size), ms) for size, ms in report["characters"].items()))
     axes.plot(sizes, each, "o-", color=OURS)
     for size, ms in zip(sizes, each):
@@ -77,7 +79,7 @@ def _crowds(axes, report: dict) -> None:
     axes.set_xticks(sizes, map(str, sizes))
 
 
-def _frames(axes, report: dict) -> None:
+def _frames(axes: Axes, report: dict) -> None:
     seconds = np.array(report["timeline"]).reshape(-1, 2)
     for column, name, colour in ((0, "p50", OURS), (1, "p99", LATE)):
         axes.plot(np.arange(len(seconds)) + 1, seconds[:, column], color=colour, label=name, linewidth=1)
@@ -87,7 +89,7 @@ def _frames(axes, report: dict) -> None:
     axes.legend(ncols=2)
 
 
-def _quality(axes, rows: list[dict], name: str) -> None:
+def _quality(axes: Axes, rows: list[dict], name: str) -> None:
     title, more_is_better = QUALITY[name]
     for row in rows:
         if row.get(name) and row.get("ms_per_frame"):
@@ -100,7 +102,7 @@ def _quality(axes, rows: list[dict], name: str) -> None:
     axes.set(xlim=(0, None), title=f"{title} ({better} is better)", xlabel="ms a frame, whole stylizer")
 
 
-def _stages(axes, report: dict) -> None:
+def _stages(axes: Axes, report: dict) -> None:
     stages = [stage for stage in STAGES if stage in report and stage != "frame"]
     axes.bar(stages, [report[stage]["p99_ms"] for stage in stages], color="#d7e3ea", label="p99")
     axes.bar(stages, [report[stage]["p50_ms"] for stage in stages], color=OURS, label="p50")

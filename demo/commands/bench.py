@@ -3,6 +3,7 @@
 import argparse
 import json
 from pathlib import Path
+from typing import Callable
 
 HELP = "time every stage of a frame on this machine, beside the paper's networks and the machine's own speed"
 EXAMPLE = """patchwalk bench --seconds 20 --json bench.json --plot bench.png
@@ -123,12 +124,12 @@ def _rows(path: Path, plot: Path | None) -> list[dict]:
     return rows
 
 
-def positive(kind: type):
+def positive(kind: type[int] | type[float]) -> Callable[[str], float]:
     """What argparse makes of a number above 0."""
 
-    def parse(text: str):
+    def parse(text: str) -> float:
         try:
-            value = kind(text)
+            value: float = kind(text)
         except ValueError:
             value = 0
         if not 0 < value < 1e6:

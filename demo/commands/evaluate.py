@@ -5,7 +5,10 @@ import json
 import sys
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Iterator
+from typing import TYPE_CHECKING, Callable, Iterator, Mapping
+
+if TYPE_CHECKING:
+    from controller.evaluation.figures import Figure
 
 HELP = "measure the quality of a model"
 EXAMPLE = """patchwalk evaluate controller --data mocap --json evaluation.json --plots evaluation
@@ -138,14 +141,14 @@ def _all_stylizers(args: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _bar(model: str, unit: str):
+def _bar(model: str, unit: str) -> Iterator[Callable[[int], Callable[[], object]]]:
     """A progress bar, as what an evaluation wants: told how much there is to do, it returns what to call once a
     unit."""
     from tqdm import tqdm
 
     with tqdm(desc=f"evaluate {model}", unit=unit, leave=False, disable=not sys.stderr.isatty()) as bar:
 
-        def progress(total: int):
+        def progress(total: int) -> Callable[[], object]:
             bar.reset(total)
             return bar.update
 
@@ -174,7 +177,7 @@ def transfer_table(report: dict) -> str:
     return "\n".join([*lines, "", *_flat("", report["figures"])])
 
 
-def _flat(prefix: str, value) -> Iterator[str]:
+def _flat(prefix: str, value: object) -> Iterator[str]:
     if isinstance(value, dict):
         for name, item in value.items():
             yield from _flat(f"{prefix} {name}", item)
@@ -182,7 +185,7 @@ def _flat(prefix: str, value) -> Iterator[str]:
         yield f"{prefix.strip():<48} {value}"
 
 
-def figures_table(figures) -> str:
+def figures_table(figures: "Mapping[str, Figure]") -> str:
     """Name, ours, the real clips', what to reach and whether it is, a figure a line."""
     lines = [COLUMNS.format("figure", "ours", "real", "reach", "")]
     for name, figure in figures.items():

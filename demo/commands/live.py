@@ -2,8 +2,12 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from demo.commands.replay import STYLIZER_HELP, VMC_HELP
+
+if TYPE_CHECKING:
+    from demo.export.vmc import Sender
 
 HELP = "Steer a character and restyle it limb by limb; without a display, replay the bundled recording into out/."
 EXAMPLE = "patchwalk"
@@ -57,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def replay_bundled(folder: Path, stream=None, stylizer: str | None = None) -> None:
+def replay_bundled(folder: Path, stream: "Sender | None" = None, stylizer: str | None = None) -> None:
     """Writes everything that a replay can into `folder`: all but the video where this machine cannot make one."""
     from demo import assemble
     from demo.commands.replay import play

@@ -4,7 +4,12 @@ import argparse
 import sys
 import time
 from pathlib import Path
-from typing import Mapping
+from typing import TYPE_CHECKING, Iterable, Mapping
+
+if TYPE_CHECKING:
+    from demo.export.vmc import Sender
+    from sim.io.recording import Recording
+    from sim.session import Frame, Session
 
 HELP = "play a recording and write its motion, its video and how long each stage took"
 EXAMPLE = "patchwalk replay walk.jsonl --headless --poses walk.npz --bvh walk.bvh --latency walk.json"
@@ -57,7 +62,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def play(
-    name: str, recorded, outputs: Mapping[str, Path], stylizer: str | None = None, window=False, stream=None
+    name: str,
+    recorded: "Recording",
+    outputs: Mapping[str, Path],
+    stylizer: str | None = None,
+    window: bool = False,
+    stream: "Sender | None" = None,
 ) -> None:
     """Plays a sim.io.recording.Recording, in a window if asked and possible, else as fast as it goes, but in real time
     to a `stream` (demo.export.vmc.Sender); then writes the outputs (kind -> path) and says on stdout what came of
@@ -83,20 +93,20 @@ def play(
         print(f"wrote {path}", flush=True)
 
 
-def _stepped(session, recorded, stream) -> list:
+def _stepped(session: "Session", recorded: "Recording", stream: "Sender | None") -> "list[Frame]":
     from tqdm import tqdm
 
     with tqdm(recorded, "replay", unit="frame", leave=False, disable=not sys.stderr.isatty()) as commands:
         return _sent(map(session.step, commands), stream)
 
 
-def _sent(frames, stream) -> list:
+def _sent(frames: "Iterable[Frame]", stream: "Sender | None") -> "list[Frame]":
     from demo.export import vmc
 
     return list(vmc.stream(frames, stream) if stream else frames)
 
 
-def _watched(session, recorded, stream) -> list | None:
+def _watched(session: "Session", recorded: "Recording", stream: "Sender | None") -> "list[Frame] | None":
     """The frames, once shown; None, before the first step, where no window can be opened."""
     from demo.render.window import NoDisplay, NoGL, has_display
 

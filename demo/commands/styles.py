@@ -2,8 +2,12 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from demo.commands.replay import STYLIZER_HELP
+
+if TYPE_CHECKING:
+    from stylizer.styles.bank import StyleBank
 
 HELP = "list the styles, add one from BVH files or from a video's key points, remove it, or capture the own style anew"
 EXAMPLE = """patchwalk styles add limp.bvh --name limp
@@ -23,7 +27,7 @@ controller` ends with it."""
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", required=True, metavar="list|add|remove|capture")
-    options = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
+    options: dict[str, Any] = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
     shown = actions.add_parser(
         "list",
         help="print each name, and the movements that the style knows",
@@ -83,9 +87,10 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _add(bank, args: argparse.Namespace) -> None:
+def _add(bank: "StyleBank", args: argparse.Namespace) -> None:
     """Learns a style and says which seconds of which file show what."""
     from sim.retarget import joint_names
+    from stylizer.styles.code_bank import CodeBank
 
     folder = next((path for path in args.clips if path.is_dir()), None)
     if folder is None:
@@ -93,7 +98,7 @@ def _add(bank, args: argparse.Namespace) -> None:
         taken = bank.add(args.name, *args.clips, name_map=name_map).taken
         print(f"added {args.name}", *taken, sep="\n")
         return
-    if not bank.system.reads_key_points:
+    if not (isinstance(bank, CodeBank) and bank.system.reads_key_points):
         raise ValueError(f"{folder} is a folder: key points of a video are read with --stylizer unpaired")
     if len(args.clips) > 1:
         raise ValueError(f"{folder} is a folder: key points make a style by themselves, so name it alone")
@@ -103,7 +108,7 @@ def _add(bank, args: argparse.Namespace) -> None:
     print(f"added {args.name}")
 
 
-def _list(bank) -> None:
+def _list(bank: "StyleBank") -> None:
     """A name a line, and what is known of how that style moves."""
     from demo.state.style_names import movement_names
     from stylizer.styles.code_bank import UNKNOWN_GAIT

@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _style(text: str):
+def _style(text: str) -> tuple[tuple[str, ...], PartSpec]:
     from demo.state.style_names import parse_style
 
     try:

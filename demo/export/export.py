@@ -1,6 +1,5 @@
 """What a replay leaves behind: poses, BVH, glTF, video and latency report, each complete or not there at all."""
 
-import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,7 +38,7 @@ def write_glb(path: Path, result: Result) -> None:
     from demo.export import gltf
     from demo.figure import colours
 
-    gltf.write(path, styled_clip(result.frames), colours.part_colours(result.frames[-1].command.style))
+    gltf.write(path, styled_clip(result.frames), colours.part_colours(colours.worn(result.frames[-1])))
 
 
 def styled_clip(frames: Sequence[Frame]) -> Clip:
@@ -82,7 +81,7 @@ def check_outputs(outputs: Mapping[str, Path], source: Path | None = None) -> No
         try:
             tempfile.TemporaryFile(dir=path.parent).close()
         except OSError as error:
-            raise ValueError(f"cannot write {kind} to {path}: {os.strerror(error.errno)}") from None
+            raise ValueError(f"cannot write {kind} to {path}: {error.strerror}") from None
     if "video" in outputs:
         from demo.export import video
 

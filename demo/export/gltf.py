@@ -71,7 +71,9 @@ class _Numbers:
     """The binary block, and the accessors and views that say what lies where in it."""
 
     def __init__(self) -> None:
-        self.block, self.views, self.accessors = bytearray(), [], []
+        self.block = bytearray()
+        self.views: list[dict] = []
+        self.accessors: list[dict] = []
 
     def add(self, values: np.ndarray, target: int | None = None, bounds: bool = False) -> int:
         """Appends (n, ...) numbers and gives their accessor; floats become single precision.

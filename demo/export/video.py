@@ -3,12 +3,13 @@
 import sys
 from contextlib import closing
 from pathlib import Path
-from typing import Iterator, Sequence
+from typing import Generator, Sequence
 
 import numpy as np
 from PIL import Image
 from tqdm import tqdm
 
+from demo.figure.colours import worn
 from demo.render.renderer import Renderer
 from demo.render.view import View
 from demo.render.window import NoDisplay, NoGL, Window, open_window
@@ -55,7 +56,9 @@ def render(path: Path, frames: Sequence[Frame], latency: Latency) -> None:
         _write_mp4(path, _pictures(frames, SIZE, 1, latency))
 
 
-def _pictures(frames: Sequence[Frame], size: tuple[int, int], step: int, latency: Latency) -> Iterator[np.ndarray]:
+def _pictures(
+    frames: Sequence[Frame], size: tuple[int, int], step: int, latency: Latency
+) -> Generator[np.ndarray, None, None]:
     """Every step-th frame as (height, width, 3) uint8."""
     view = View()
     view.camera.jump(frames[0].styled.root_position)
@@ -63,7 +66,7 @@ def _pictures(frames: Sequence[Frame], size: tuple[int, int], step: int, latency
         renderer = Renderer(window.size)
         for frame in tqdm(frames[::step], "video", unit="frame", leave=False, disable=not sys.stderr.isatty()):
             view.follow(frame, step / FPS)
-            view.panels = (panels.parts(frame.command.style),)
+            view.panels = (panels.parts(worn(frame)),)
             with latency.stage("render"):
                 window.bind()
                 renderer.draw(frame, view)
@@ -71,7 +74,7 @@ def _pictures(frames: Sequence[Frame], size: tuple[int, int], step: int, latency
             yield picture
 
 
-def _write_mp4(path: Path, pictures: Iterator[np.ndarray]) -> None:
+def _write_mp4(path: Path, pictures: Generator[np.ndarray, None, None]) -> None:
     import imageio_ffmpeg
 
     encoder = imageio_ffmpeg.write_frames(
@@ -86,13 +89,15 @@ def _write_mp4(path: Path, pictures: Iterator[np.ndarray]) -> None:
             raise ValueError("ffmpeg stopped before the video was whole; is the disk full?") from error
 
 
-def write_gif(path: Path, pictures: Iterator[np.ndarray]) -> None:
+def write_gif(path: Path, pictures: Generator[np.ndarray, None, None]) -> None:
     """Writes pictures (height, width, 3) uint8, 20 of them a second, as an endless loop."""
     with closing(pictures):
         # The octree keeps the figure's colours; the others spend nearly all on sky and ground. Dithering triples the
         # file.
-        colours = {"method": Image.Quantize.FASTOCTREE, "dither": Image.Dither.NONE}
-        images = (Image.fromarray(picture).quantize(**colours) for picture in pictures)
+        images = (
+            Image.fromarray(picture).quantize(method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+            for picture in pictures
+        )
         next(images).save(path, "GIF", save_all=True, append_images=images, loop=0, duration=1000 * GIF_STEP // FPS)
 
 

@@ -7,7 +7,7 @@ ours mirrored in x. A bone's rotation counts from the T-pose, which is our rest 
 import socket
 import struct
 import time
-from typing import Iterable, Iterator
+from typing import Any, Iterable, Iterator
 
 import numpy as np
 
@@ -47,6 +47,7 @@ class Sender:
     def __init__(self, address: str) -> None:
         """Raises ValueError, in one sentence, for an address that does not exist."""
         host, port = parse_address(address)
+        self.address: tuple[Any, ...]  # as this kind of network has them
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
             family, _, _, _, self.address = found[0]

@@ -103,14 +103,16 @@ class Figure:
     tints: np.ndarray
 
 
-def figure(pose: Pose, part_colours: np.ndarray, shift=(0.0, 0.0, 0.0)) -> Figure:
+def figure(
+    pose: Pose, part_colours: np.ndarray, shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> Figure:
     """The body in `pose`, moved by `shift` metres, in display colours (5, 3) in the order of PART_NAMES."""
     tints = np.ones((len(PART_NAMES), 4), np.float32)
     tints[:, :3] = part_colours
     return Figure(bones(pose, shift), tints)
 
 
-def bones(pose: Pose, shift=(0.0, 0.0, 0.0)) -> np.ndarray:
+def bones(pose: Pose, shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
     """(84, 3) float32: for each joint the transform (4, 3) of row vectors from the bind pose to `pose` moved by
     `shift`."""
     turns = rot.multiply(pose.rotations, rot.inverse(BIND.rotations))

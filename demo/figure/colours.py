@@ -7,6 +7,7 @@ from typing import Mapping
 import numpy as np
 
 from sim.body.skeleton import PART_NAMES
+from sim.session import Frame
 from sim.style_spec import PartSpec, StyleSpec
 
 OWN_STYLE = (0.545, 0.62, 0.69)  # grey-blue, of every part that keeps its own style
@@ -49,7 +50,15 @@ def oklch(lightness: float, chroma: float, hue: float) -> tuple[float, float, fl
         )
         @ cones
     )
-    return tuple(float(channel) for channel in np.clip(linear, 0, 1) ** (1 / 2.2))
+    red, green, blue = (float(channel) for channel in np.clip(linear, 0, 1) ** (1 / 2.2))
+    return red, green, blue
+
+
+def worn(frame: Frame) -> StyleSpec:
+    """What the one character of a frame is asked to wear."""
+    style = frame.command.style
+    assert not isinstance(style, list)
+    return style
 
 
 def part_colours(style: StyleSpec) -> np.ndarray:

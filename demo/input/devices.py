@@ -97,12 +97,12 @@ class Devices:
 
     def take_camera(self) -> tuple[float, float]:
         """Orbit about the vertical and up, in radians, since the last call."""
-        orbit, self.pointer.orbit = tuple(self.pointer.orbit), [0.0, 0.0]
-        return orbit
+        (yaw, pitch), self.pointer.orbit = self.pointer.orbit, [0.0, 0.0]
+        return yaw, pitch
 
     # ---- events -----------------------------------------------------------
 
-    def _key_down(self, event) -> str | None:
+    def _key_down(self, event: pygame.event.Event) -> str | None:
         if self.mode and event.key in self._modes[self.mode][0]:
             return self._modes[self.mode][0][event.key]
         ctrl, shift = (KEY_PREFIXES[place] if event.mod & mask else "" for place, mask in enumerate(KEY_MASKS))
@@ -116,17 +116,17 @@ class Devices:
             self._facing = None
         return action
 
-    def _key_up(self, event) -> None:
+    def _key_up(self, event: pygame.event.Event) -> None:
         self._held.pop(event.key, None)
 
-    def _text(self, event) -> str | None:
+    def _text(self, event: pygame.event.Event) -> str | None:
         return f"text:{event.text}" if self.mode == "typing" else None
 
-    def _let_go(self, event) -> None:
+    def _let_go(self, event: pygame.event.Event) -> None:
         self._held.clear()  # keys released while another window has the keyboard are never reported
         self.pointer.let_go()
 
-    def _pad_button(self, event) -> str | None:
+    def _pad_button(self, event: pygame.event.Event) -> str | None:
         self._use(event)
         name = _button_name(event.button)
         if self.mode and name in self._modes[self.mode][1]:
@@ -140,22 +140,22 @@ class Devices:
             self._facing = None
         return action
 
-    def _pad_button_up(self, event) -> None:
+    def _pad_button_up(self, event: pygame.event.Event) -> None:
         self._held.pop(_button_name(event.button), None)
 
-    def _pad_axis(self, event) -> str | None:
+    def _pad_axis(self, event: pygame.event.Event) -> str | None:
         if abs(event.value) < steering.DEAD_ZONE * FULL_AXIS:
             return None
         self._use(event)
         return "stick"
 
-    def _use(self, event) -> None:
+    def _use(self, event: pygame.event.Event) -> None:
         self._pad = self._pads.get(event.instance_id, self._pad)
 
-    def _pad_added(self, event) -> str | None:
+    def _pad_added(self, event: pygame.event.Event) -> str | None:
         return "pad_added" if self._plug(event.device_index) else None
 
-    def _pad_removed(self, event) -> str | None:
+    def _pad_removed(self, event: pygame.event.Event) -> str | None:
         pad = self._pads.pop(event.instance_id, None)
         if pad is None:
             return None

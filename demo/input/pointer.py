@@ -44,7 +44,7 @@ class Pointer:
             None,
         )
 
-    def down(self, event) -> list[str]:
+    def down(self, event: pygame.event.Event) -> list[str]:
         """A button goes down."""
         self.position = event.pos
         name, region = BUTTONS.get(event.button, ""), self.under()
@@ -69,7 +69,7 @@ class Pointer:
             else region.action
         ]
 
-    def up(self, event) -> list[str]:
+    def up(self, event: pygame.event.Event) -> list[str]:
         """A button is let go: on the scene, where it did not move, it touches what is there."""
         name = BUTTONS.get(event.button, "")
         clicked = self._dragging == name != "" and self._moved < STILL
@@ -81,7 +81,7 @@ class Pointer:
             return [f"touch:{event.pos[0]},{event.pos[1]}"]
         return [self._actions[name]] if clicked and name in self._actions else []
 
-    def motion(self, event) -> list[str]:
+    def motion(self, event: pygame.event.Event) -> list[str]:
         """The mouse moves."""
         self.position = event.pos
         if self._sliding:
@@ -93,13 +93,14 @@ class Pointer:
                 self.orbit[1] += event.rel[1] * ORBIT_PER_PIXEL
         return []
 
-    def wheel(self, event) -> list[str]:
+    def wheel(self, event: pygame.event.Event) -> list[str]:
         """The wheel turns, by event.y notches away from the hand."""
         self.position = pygame.mouse.get_pos() if getattr(event, "pos", None) is None else event.pos
         region = self.under()
-        up, down = ("wheel up", "wheel down") if region is None else (0, 1)
-        table = self._actions if region is None else dict(enumerate(region.wheel or ()))
-        action = table.get(up if event.y > 0 else down)
+        if region is None:
+            action = self._actions.get("wheel up" if event.y > 0 else "wheel down")
+        else:
+            action = dict(enumerate(region.wheel or ())).get(0 if event.y > 0 else 1)
         return [action] * abs(event.y) if action else []
 
     def let_go(self) -> None:

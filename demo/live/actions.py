@@ -65,6 +65,8 @@ def _on_diagram(live: "Live", at: str) -> None:
 
 def _touch(live: "Live", at: str) -> None:
     """A click on the scene picks the part of the figure that is there."""
+    if live.frame is None:
+        return
     camera, (width, height) = live.view.camera, live.window.size
     joints = (
         np.column_stack([live.frame.styled.positions, np.ones(JOINT_COUNT)]) @ camera.world_to_clip(width / height).T

@@ -1,7 +1,6 @@
 """What a live run takes in and gives away: recordings, exports, screenshots, and styles learned from dropped files."""
 
 from datetime import datetime
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -98,7 +97,9 @@ def screenshot(live: "Live") -> None:
 def new_file(*suffixes: str) -> Path:
     """A path in the current folder with the first suffix, whose name is free with all of them."""
     now = f"patchwalk-{datetime.now():%Y%m%d-%H%M%S}"
-    for number in count(1):
+    number = 1
+    while True:
         paths = [Path.cwd() / f"{now}{f'-{number}' if number > 1 else ''}.{suffix}" for suffix in suffixes]
         if not any(path.exists() for path in paths):
             return paths[0]
+        number += 1

@@ -12,6 +12,7 @@ from demo.ui import panels
 from demo.ui.hud import Panel
 from sim.body.pose import Pose
 from sim.motion.feature_window import SPAN
+from sim.protocols import NamedStylizer
 from sim.session import Frame, Session
 
 GHOSTS = 5  # poses of the half second that are drawn
@@ -21,7 +22,7 @@ LOOK_FRAMES = 6  # times and attention are looked at in one of so many frames: b
 class DebugOverlay:
     """Reads a session beside its frames; what a stand-in does not have is simply not shown."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session[NamedStylizer]) -> None:
         self._session = session
         self._frames: deque[Frame] = deque(maxlen=SPAN)
         self._looks: dict[str, tuple[tuple, Panel]] = {}  # panel by name: when and at what it was looked, what was seen

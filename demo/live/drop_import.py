@@ -15,6 +15,7 @@ import pygame
 
 from demo.state.style_names import movement_names
 from sim.motion.clip import Clip
+from sim.protocols import NamedStylizer
 
 LONGEST = 110  # letters of what is wrong; a list of all the file's joints fits on no screen
 PATIENCE = 60  # turns without news after which a drop counts as whole though its end was never reported
@@ -39,8 +40,8 @@ class Refused:
 class DropImport:
     """Takes the events of drops and gives what came of their files, in the order they were dropped."""
 
-    def __init__(self, stylizer: Callable[[], object]) -> None:
-        """stylizer: gives the one in use (stylizer.runtime.live.LiveStylizer), which learns."""
+    def __init__(self, stylizer: Callable[[], NamedStylizer]) -> None:
+        """stylizer: gives the one in use, which learns."""
         self._stylizer = stylizer
         self._thread = ThreadPoolExecutor(1, "learn a style")
         self._waiting: list[Future[Learned | Refused]] = []
@@ -90,7 +91,7 @@ class DropImport:
         try:
             stylizer = self._stylizer()
             style, clip = stylizer.learn(*paths)
-            return Learned(style, clip, movement_names(stylizer.bank[style].gait.movements))
+            return Learned(style, clip, movement_names(stylizer.movements(style)))
         except OSError as error:
             return Refused(f"{Path(error.filename or paths[0]).name} cannot be used: {error.strerror or error}")
         except ValueError as error:

@@ -12,6 +12,7 @@ import pygame
 
 from demo.export import export_jobs
 from demo.export.vmc import Sender
+from demo.figure.colours import worn
 from demo.input.devices import Devices
 from demo.live import actions, capture, overlay
 from demo.live.debug_overlay import DebugOverlay
@@ -25,13 +26,15 @@ from demo.state.presets import Presets
 from demo.state.style_choice import StyleChoice
 from demo.state.stylizers import Stylizers
 from demo.ui import panels
-from demo.ui.canvas import ALERT, INK
+from demo.ui.canvas import ALERT, INK, Colour
 from demo.ui.hints import Hints
 from demo.ui.menu import Menu
 from sim.command import Command
 from sim.io.recording import Recorder
 from sim.motion.clip import FPS
+from sim.protocols import NamedStylizer
 from sim.session import Frame, Session
+from sim.style_spec import StyleSpec
 
 FRAME_SECONDS = 1 / FPS
 MAX_CATCH_UP = 4  # simulated frames that one picture may make up for; a longer stop is counted, not raced after
@@ -54,7 +57,7 @@ class LiveReport:
 
 
 def run_live(
-    session: Session,
+    session: Session[NamedStylizer],
     styles: Sequence[str],
     seconds: float | None = None,
     window: Window | None = None,
@@ -82,10 +85,10 @@ def run_live(
             capture.stop_recording(live)
     if live.takes.busy:
         print("Finishing the export.", flush=True)
-        written = live.takes.finished(wait=True)
-        live.files += written.files
-        for problem in written.problems:
-            warnings.warn(problem, stacklevel=2)
+        if written := live.takes.finished(wait=True):
+            live.files += written.files
+            for problem in written.problems:
+                warnings.warn(problem, stacklevel=2)
     return LiveReport(live.frames, live.pictures, live.missed, tuple(live.files))
 
 
@@ -94,9 +97,16 @@ class Live:
 
     `do` carries out an action; keys that are only held are the devices' affair."""
 
+    window: Window
+    devices: Devices
+    choice: StyleChoice
+    view: View
+    presets: Presets
+    menu: Menu
+
     def __init__(
         self,
-        session: Session,
+        session: Session[NamedStylizer],
         styles: Sequence[str],
         window: Window,
         recorder_factory: MakeRecorder = Recorder,
@@ -126,7 +136,7 @@ class Live:
         self.frames = self.pictures = self.missed = 0
         self.recorder_factory, self.clock, self.bindings = recorder_factory, clock, bindings
         self.frame: Frame | None = None
-        self.toasts: list[tuple[float, str, tuple]] = []  # when it goes, text, colour
+        self.toasts: list[tuple[float, str, Colour]] = []  # when it goes, text, colour
         self.figures = panels.Figures(FIGURES_SECONDS)
         self.picked_at = float("-inf")  # when a part was picked last, which lights it up
         self.type(False)
@@ -168,9 +178,10 @@ class Live:
         except ValueError as error:  # a style that the bank refuses
             self.say(str(error), ALERT)
             capture.stop_recording(self)  # the controller has gone on, and the recording must not say that it has not
-            self.playing, self.choice.style = None, self.frame.command.style if self.frame else {}
+            self.playing, self.choice.style = None, worn(self.frame) if self.frame else StyleSpec()
             return
-        if self.recorder and not self.guard(lambda: self.recorder.write(command)):
+        recorder = self.recorder
+        if recorder and not self.guard(lambda: recorder.write(command)):
             self.recorder = None
         self.frames += 1
         self.takes.frames.append(self.frame)
@@ -183,8 +194,8 @@ class Live:
 
     def _command(self) -> Command:
         """What is asked for in the next frame: by a person, or by the recording that plays until there is one."""
-        facing = self.frame.styled.root_facing if self.frame else 0.0
-        style = {} if self.devices.holds("compare") else self.choice.style
+        facing = float(self.frame.styled.root_facing) if self.frame else 0.0
+        style = StyleSpec() if self.devices.holds("compare") else self.choice.style
         command = replace(self.devices.command(self.view.camera.yaw, facing, style, FRAME_SECONDS), pace=self.pace)
         if self.playing is None:
             return command
@@ -209,7 +220,8 @@ class Live:
     def paint(self) -> None:
         """Draws the newest frame and what lies over it, without showing it yet."""
         self.window.bind()
-        self.renderer.draw(self.frame, self.view)
+        if self.frame:  # there is none as long as the bank refuses what is asked
+            self.renderer.draw(self.frame, self.view)
         self.inset.draw(self.window.size)
 
     # ---- what actions do -----------------------------------------------------------
@@ -223,7 +235,7 @@ class Live:
         """Somebody touched a control: the attract mode ends, and the character is theirs."""
         self.playing = None
 
-    def say(self, text: str, colour=INK) -> None:
+    def say(self, text: str, colour: Colour = INK) -> None:
         """Shows a sentence for as long as it takes to read."""
         self.toasts.append((self.clock() + max(TOAST_SECONDS, len(text) / READING_SPEED), text, colour))
 

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Iterator
 
+from demo.figure.colours import worn
 from demo.live import actions
 from demo.render.inset import SIDES
 from demo.ui import hud, panels
@@ -37,8 +38,8 @@ def _panels(live: "Live") -> Iterator[hud.Panel]:
 
 
 def _main_panels(live: "Live") -> Iterator[hud.Panel]:
-    if live.playing is not None:
-        yield panels.parts(live.frame.command.style)
+    if live.playing is not None and live.frame:
+        yield panels.parts(worn(live.frame))
         yield from panels.title()
         return
     yield panels.corner(live.menu.open, live.helping, live.hidden)

@@ -6,6 +6,7 @@ from typing import Iterable, Iterator
 
 import pygame
 
+from demo.figure.colours import worn
 from demo.input.pointer import Pointer
 from demo.render.camera import Camera
 from demo.render.renderer import Renderer
@@ -37,7 +38,7 @@ def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
             if window.follow_size():
                 renderer.resize(window.size)
             view.follow(frame, 1 / FPS)
-            view.panels = (panels.parts(frame.command.style),)
+            view.panels = (panels.parts(worn(frame)),)
             ahead = start + number / FPS - time.perf_counter()
             if ahead < -1 / FPS and number % FPS:  # late: skip the picture, but show one a second however late
                 continue

@@ -1,5 +1,7 @@
 """Small helpers over OpenGL 3.3. Imported only once a window is open: PyOpenGL picks its platform when imported."""
 
+from typing import Any
+
 import numpy as np
 from OpenGL import GL
 
@@ -30,7 +32,7 @@ class Program:
         self.handle = handle
         self._locations: dict[str, int] = {}
 
-    def use(self, **uniforms) -> None:
+    def use(self, **uniforms: Any) -> None:
         """Makes it current and sets its uniforms: numbers, vectors of 2 to 4, (4, 4) matrices for column vectors, or
         float32 arrays (n, 4) for arrays of vectors."""
         GL.glUseProgram(self.handle)
@@ -90,7 +92,7 @@ def attribute(location: int, width: int, offset: int = 0) -> None:
     GL.glVertexAttribPointer(location, width, GL.GL_FLOAT, False, 0, _pointer(offset))
 
 
-def _pointer(offset: int):
+def _pointer(offset: int) -> Any:
     return GL.GLvoidp(int(offset))
 
 
@@ -115,8 +117,9 @@ class Target:
     """A picture that can be drawn into: colour (a texture, or multisampled) and, if asked, depth."""
 
     def __init__(self, width: int, height: int, samples: int = 0, depth: bool = True, single: bool = False) -> None:
-        self.width, self.height, self.texture = width, height, None
-        self._buffers = []
+        self.width, self.height = width, height
+        self.texture: int | None = None
+        self._buffers: list[int] = []
         before = bound_framebuffer()
         self.handle = GL.glGenFramebuffers(1)
         GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self.handle)

@@ -1,8 +1,11 @@
 """Marks for a frame: shades and rings under the feet, the arrow of the asked velocity, skeleton and ways as lines."""
 
+from typing import Sequence
+
 import numpy as np
 
 from demo.render.view import Paths
+from demo.ui.canvas import Colour
 from sim.body.pose import Pose
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, PARENTS
 from sim.session import Frame
@@ -19,7 +22,7 @@ PAST = (0.42, 0.46, 0.52)
 WAY_HEIGHT = 0.012  # metres that ways lie above the floor
 
 
-def shades(pose: Pose, shift=(0.0, 0.0, 0.0)) -> list[tuple]:
+def shades(pose: Pose, shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> list[tuple]:
     """Soft dark discs under the hips and under feet near the ground."""
     hips = pose.positions[0] + shift
     result = [(hips[0], hips[2], 0.55, 0.0, *SHADE, 0.16, DISC, 0.0)]
@@ -48,7 +51,9 @@ def arrow(frame: Frame) -> list[tuple]:
     return [(*start, *displacement, *WISH, 0.85, ARROW, 0.085)]
 
 
-def skeleton(pose: Pose, colour, scale: float, shift=(0.0, 0.0, 0.0)) -> list[tuple]:
+def skeleton(
+    pose: Pose, colour: Colour, scale: float, shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> list[tuple]:
     """Lines from joint to joint and a dot on each, `scale` pixels a unit."""
     places = pose.positions + shift
     rows = [
@@ -68,16 +73,16 @@ def paths(paths_: Paths, scale: float) -> list[tuple]:
     return rows
 
 
-def _polyline(points, colour, scale: float) -> list[tuple]:
+def _polyline(points: np.ndarray | Sequence[np.ndarray], colour: Colour, scale: float) -> list[tuple]:
     return [
         _line(_on_floor(a), _on_floor(b), (*colour, 0.9), 1.4 * scale) for a, b in zip(points, points[1:], strict=False)
     ]
 
 
-def _on_floor(point) -> tuple[float, float, float]:
+def _on_floor(point: np.ndarray) -> tuple[float, float, float]:
     return point[0], WAY_HEIGHT, point[1]
 
 
-def _line(start, stop, colour, half_width: float) -> tuple:
+def _line(start: Sequence[float], stop: Sequence[float], colour: Colour, half_width: float) -> tuple:
     """A row for the pass that draws lines: half_width in pixels."""
     return (*start, half_width, *stop, 0.0, *colour)

@@ -1,5 +1,8 @@
 """A clip played small in the window's lower right corner: what a style was learned from."""
 
+from types import ModuleType
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from demo.render.camera import Camera
@@ -10,6 +13,9 @@ from sim.body.skeleton import PART_NAMES
 from sim.command import Command
 from sim.motion.clip import FPS, Clip, root_frame
 from sim.session import Frame
+
+if TYPE_CHECKING:
+    from demo.render.gl import Target
 
 SECONDS = 10.0  # that a clip plays at most, over and over if it is shorter
 SIDES = (0.24, 0.30)  # width and height, as shares of the window's height
@@ -24,7 +30,8 @@ class Inset:
     def __init__(self) -> None:
         self._frames: list[Frame] = []  # of the clip
         self._left = 0  # simulated frames that it still plays
-        self._renderer = self._picture = None  # made with the first picture
+        self._renderer: Renderer | None = None  # made with the first picture
+        self._picture: "Target | None" = None
         self._age = 0  # of the picture, in pictures of the window
 
     @property
@@ -62,22 +69,24 @@ class Inset:
         from demo.render import gl  # only now: a window must be open
 
         window, (width, height) = gl.bound_framebuffer(), window_size
-        self._fit(gl, tuple(max(1, round(side * height)) for side in SIDES))
+        inset_width, inset_height = (max(1, round(side * height)) for side in SIDES)
+        renderer, picture = self._fit(gl, (inset_width, inset_height))
         if self._age % EVERY == 0:
-            self._picture.bind()
-            self._renderer.draw(self._frame(), self._view)
+            picture.bind()
+            renderer.draw(self._frame(), self._view)
         self._age += 1
         margin, border = (round(pixels * height / 720) for pixels in (MARGIN, BORDER))
-        gl.inlay(self._picture, window, width - self._picture.width - margin, margin, border, BORDER_COLOUR)
+        gl.inlay(picture, window, width - picture.width - margin, margin, border, BORDER_COLOUR)
 
     def _frame(self) -> Frame:
         return self._frames[(round(SECONDS * FPS) - self._left) % len(self._frames)]
 
-    def _fit(self, gl, size: tuple[int, int]) -> None:
+    def _fit(self, gl: ModuleType, size: tuple[int, int]) -> "tuple[Renderer, Target]":
         """Follows the window's size."""
-        if self._picture is None:
+        if self._picture is None or self._renderer is None:
             self._renderer, self._picture = Renderer(size), gl.Target(*size, depth=False)
         elif (self._picture.width, self._picture.height) != size:
             self._picture.delete()
             self._renderer.resize(size)
             self._picture, self._age = gl.Target(*size, depth=False), 0
+        return self._renderer, self._picture

@@ -3,6 +3,7 @@
 Imported only once a window is open (see demo/render/gl.py)."""
 
 from contextlib import contextmanager
+from typing import Any, Iterator
 
 import numpy as np
 from OpenGL import GL
@@ -27,7 +28,7 @@ class Bodies:
         self._flat = gl.program(shaders.SHADOW_VERTEX, shaders.SHADOW_FRAGMENT)
         self._fine, self._medium, self._coarse = map(_Meshes, (SKIN_CELL, GHOST_CELL, SHADOW_CELL))
 
-    def draw_shadow(self, figures: list[Figure], **uniforms) -> None:
+    def draw_shadow(self, figures: list[Figure], **uniforms: Any) -> None:
         """Flattens the figures along the light; the darkest place counts, so overlaps do not add up."""
         GL.glEnable(GL.GL_BLEND)
         GL.glBlendEquation(GL.GL_MAX)
@@ -36,7 +37,7 @@ class Bodies:
             mesh.draw()
         GL.glBlendEquation(GL.GL_FUNC_ADD)
 
-    def draw(self, figures: list[Figure], **uniforms) -> None:
+    def draw(self, figures: list[Figure], **uniforms: Any) -> None:
         """Draws the insides first and then the rims round them, each rim pixel by how much of it the figure covers:
         smooth edges for little more than the price of one sample."""
         self._lit.use(visor=VISOR, **uniforms)
@@ -50,7 +51,7 @@ class Bodies:
                     self._lit.use(edges=float(edges), tints=figure.tints)
                     mesh.draw((facing > HIDDEN_FACING) & (facing < most))
 
-    def draw_ghosts(self, ghosts: list[tuple[Figure, float]], **uniforms) -> None:
+    def draw_ghosts(self, ghosts: list[tuple[Figure, float]], **uniforms: Any) -> None:
         """Figures that can be seen through, each with its opacity; what is solid hides them."""
         self._ghost.use(edges=0.5, **uniforms)
         meshes = self._medium.posed([figure for figure, _ in ghosts])
@@ -63,7 +64,7 @@ class Bodies:
 
 
 @contextmanager
-def _solid():
+def _solid() -> Iterator[None]:
     """Depth counts and backs are not drawn while the block runs."""
     GL.glEnable(GL.GL_DEPTH_TEST)
     GL.glEnable(GL.GL_CULL_FACE)
@@ -153,6 +154,7 @@ class Shadow:
             GL.glBindTexture(GL.GL_TEXTURE_2D, source.texture)
             self._blur.use(texel=texel)
             GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
+        assert sharp.texture is not None  # a picture without samples has one
         return sharp.texture
 
 
@@ -193,7 +195,7 @@ class Strips:
         self._instances = gl.InstanceBuffer(0, widths)
         self._program = gl.program(vertex, fragment)
 
-    def draw(self, rows: np.ndarray, **uniforms) -> None:
+    def draw(self, rows: np.ndarray, **uniforms: Any) -> None:
         """rows: (n, sum of the widths) float32, as demo.render.ground_decals makes them."""
         if not len(rows):
             return

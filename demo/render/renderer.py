@@ -39,17 +39,19 @@ class Renderer:
         self._samples = (0 if software else HARDWARE_SAMPLES) if samples is None else samples
         self._most_pixels = SOFTWARE_PIXELS if software else float("inf")
         self._colours: np.ndarray | None = None
-        self._scene = None
-        self.resize(size)
+        self._make_scene(size)
 
     def resize(self, size: tuple[int, int]) -> None:
         """Follows the window: size (width, height) pixels."""
-        if self._scene is not None:
-            self._scene.delete()
+        self._scene.delete()
+        self._make_scene(size)
+
+    def _make_scene(self, size: tuple[int, int]) -> None:
         output = self._gl.bound_framebuffer()
-        self.size = tuple(size)
+        self.size = size[0], size[1]
         shrink = min(1.0, (self._most_pixels / (size[0] * size[1])) ** 0.5)
-        self._scene = self._gl.Target(*(max(1, round(side * shrink)) for side in size), samples=self._samples)
+        width, height = (max(1, round(side * shrink)) for side in size)
+        self._scene = self._gl.Target(width, height, samples=self._samples)
         self._gl.bind_framebuffer(output, self.size)
 
     def draw(self, frame: Frame, view: View) -> None:
@@ -78,7 +80,7 @@ class Renderer:
         self._gl.finish()  # whoever times this call means the picture, not the order for it
 
     def _figures(self, frame: Frame, view: View) -> list[body.Figure]:
-        wanted = colours.part_colours(frame.command.style)
+        wanted = colours.part_colours(colours.worn(frame))
         if self._colours is None:
             self._colours = wanted
         self._colours = self._colours + COLOUR_EASE * (wanted - self._colours)

@@ -3,6 +3,7 @@
 import os
 import sys
 import warnings
+from types import ModuleType
 
 import numpy as np
 import pygame
@@ -28,7 +29,7 @@ class Window:
 
     def __init__(self, size: tuple[int, int]) -> None:
         pygame.display.set_caption(TITLE)
-        self.size = tuple(size)
+        self.size = size[0], size[1]
         self._gl = _load_gl()
 
     framebuffer = 0
@@ -51,6 +52,13 @@ class Window:
         """What draws, in the driver's words."""
         return self._gl.renderer_name()
 
+    def follow_size(self) -> bool:
+        """Takes over the size the user gave the window; True if it changed."""
+        return False
+
+    def toggle_full_screen(self) -> None:
+        """Fills the screen or goes back."""
+
     def close(self) -> None:
         """Closes it and leaves SDL's video."""
         pygame.display.quit()
@@ -58,7 +66,7 @@ class Window:
     def __enter__(self) -> "Window":
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
@@ -67,8 +75,8 @@ class ScreenWindow(Window):
 
     def follow_size(self) -> bool:
         """Takes over the size the user gave the window; True if it changed."""
-        size = tuple(max(side, 1) for side in pygame.display.get_window_size())  # a minimised window has none
-        changed, self.size = size != self.size, size
+        width, height = (max(side, 1) for side in pygame.display.get_window_size())  # a minimised window has none
+        changed, self.size = (width, height) != self.size, (width, height)
         return changed
 
     def toggle_full_screen(self) -> None:
@@ -152,7 +160,7 @@ class _video_driver:
         if self._name:
             os.environ["SDL_VIDEODRIVER"] = self._name
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._name:
             os.environ.pop("SDL_VIDEODRIVER")
             if self._before is not None:
@@ -180,7 +188,7 @@ def _make_context(size: tuple[int, int], visible: bool) -> None:
             raise NoGL(f"OpenGL 3.3 cannot be had ({second}); {PACKAGES}") from None
 
 
-def _load_gl():
+def _load_gl() -> ModuleType:
     """demo.render.gl, imported for the platform the open window runs on. Raises NoGL."""
     platform = PYOPENGL_PLATFORMS.get(pygame.display.get_driver())
     if platform and "OpenGL" not in sys.modules:

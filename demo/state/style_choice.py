@@ -160,7 +160,7 @@ class StyleChoice:
         parts: Sequence[str] | None = None,
     ) -> None:
         """Lets `change(part, its spec or None)` say what is asked of each picked part now."""
-        style = dict(self.style)
+        style: dict[str, PartSpec | None] = dict(self.style)
         for part in parts or self.parts:
             style[part] = change(part, style.get(part))
         self.style = StyleSpec({part: spec for part, spec in style.items() if spec})

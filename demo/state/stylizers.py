@@ -1,7 +1,5 @@
 """Changing the style-transfer system of a running session: each is loaded when it is first asked for, and kept."""
 
-from typing import cast
-
 from sim.protocols import NamedStylizer
 from sim.session import Session
 
@@ -9,7 +7,7 @@ from sim.session import Session
 class Stylizers:
     """The stylizers that come with the package, one of which the session uses."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session[NamedStylizer]) -> None:
         self._session = session
         self._ready: dict[str, NamedStylizer] = {}
 
@@ -23,8 +21,8 @@ class Stylizers:
             raise ValueError("there is no other stylizer: `patchwalk train stylizer --network NAME` makes one")
         self._ready[current.name] = current
         name = names[(names.index(current.name) + 1) % len(names)] if current.name in names else names[0]
-        self._session.stylizer = stylizer = self._ready.get(name) or catalogue.from_pretrained(name)
-        self._ready[name] = stylizer
+        stylizer: NamedStylizer = self._ready.get(name) or catalogue.from_pretrained(name)
+        self._session.stylizer = self._ready[name] = stylizer
         stylizer.transfer_state(current)
         return name
 
@@ -41,4 +39,4 @@ class Stylizers:
 
     @property
     def _current(self) -> NamedStylizer:
-        return cast(NamedStylizer, self._session.stylizer)
+        return self._session.stylizer

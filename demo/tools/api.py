@@ -4,6 +4,7 @@ import dataclasses
 import inspect
 import re
 from pathlib import Path
+from typing import Any, Callable
 
 import patchwalk
 
@@ -43,13 +44,15 @@ def _entry(name: str) -> str:
     return "\n".join([*lines, ""])
 
 
-def _signature(thing: object) -> str:
+def _signature(thing: Callable[..., Any]) -> str:
     """Names and defaults of the parameters; what types they have the text says."""
     parameters = []
     for parameter in inspect.signature(thing).parameters.values():
         if parameter.name in ("self", "cls"):
             continue
-        prefix = {parameter.VAR_POSITIONAL: "\\*", parameter.VAR_KEYWORD: "\\*\\*"}.get(parameter.kind, "")
+        prefix = "\\*" * (parameter.kind == parameter.VAR_POSITIONAL) + "\\*\\*" * (
+            parameter.kind == parameter.VAR_KEYWORD
+        )
         text = f"{prefix}{parameter.name}"
         if parameter.default is not parameter.empty:
             value = parameter.default

@@ -3,7 +3,7 @@ renderer."""
 
 import tempfile
 from pathlib import Path
-from typing import Iterator
+from typing import Generator
 
 import numpy as np
 import pygame
@@ -28,7 +28,7 @@ STRIP_SIZE = (250, 360)  # pixels of each walker
 STRIP_FRAMES = 204  # of a straight walk; the moment is chosen so that the step is wide
 STRIP_DISTANCE = 2.7  # metres from the camera
 # The styles of each walker of the strip: part or group -> style.
-STRIP = (
+STRIP: tuple[dict[str, str], ...] = (
     {},
     {"all": "old"},
     {"all": "proud"},
@@ -37,7 +37,10 @@ STRIP = (
     {"legs": "old", "spine": "proud", "arms": "marching"},
 )
 SYSTEM_SIZE = (220, 280)
-SYSTEM_STRIP = ({}, *({"all": style} for style in ("old", "proud", "childish", "giant", "hunched")))
+SYSTEM_STRIP: tuple[dict[str, str], ...] = (
+    {},
+    *({"all": style} for style in ("old", "proud", "childish", "giant", "hunched")),
+)
 
 WINDOW_SIZE = (1280, 720)
 WINDOW_FRAMES = 150
@@ -46,7 +49,13 @@ WINDOW_ACTIONS = ("preset_1", "pick_left_arm", "skeleton", "trajectory", "phase"
 GIF_SIZE = (400, 280)
 GIF_START = 150  # frames of walking before the first picture
 # Frames after the first picture -> what is put on then.
-GIF_STYLES = {0: {}, 45: {"legs": "old"}, 95: {"spine": "proud"}, 145: {"arms": "marching"}, 205: {"all": "childish"}}
+GIF_STYLES: dict[int, dict[str, str]] = {
+    0: {},
+    45: {"legs": "old"},
+    95: {"spine": "proud"},
+    145: {"arms": "marching"},
+    205: {"all": "childish"},
+}
 GIF_FRAMES = 270
 GIF_WALK = (-0.3, 0.95)  # the stick
 GIF_DISTANCE = 3.0
@@ -81,7 +90,10 @@ def live_window() -> None:
         live = Live(
             session, session.stylizer.styles, window, clock=lambda: next(clock), presets=Presets(Path(folder) / "none")
         )
-        live.devices.command = lambda yaw, facing, style, seconds: Command((0.45, 0.85), style=style, pace=True)
+        # nobody is at the keys
+        live.devices.command = lambda yaw, facing, style, seconds: Command(  # type: ignore[method-assign, assignment]
+            (0.45, 0.85), style=style, pace=True
+        )
         live.view.camera.orbit(0.35, 0.02)
         for action in WINDOW_ACTIONS:
             live.do(action)
@@ -96,7 +108,7 @@ def gif() -> None:
     video.write_gif(FOLDER / "walk.gif", _restyled_walk())
 
 
-def _restyled_walk() -> Iterator[np.ndarray]:
+def _restyled_walk() -> Generator[np.ndarray, None, None]:
     session, style = assemble.build_session(), StyleSpec()
     view = View(Camera(distance=GIF_DISTANCE), arrow=False, contacts=False)
     with open_window(GIF_SIZE, visible=False) as window:

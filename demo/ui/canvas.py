@@ -2,7 +2,9 @@
 small."""
 
 from functools import lru_cache
+from typing import Iterable
 
+import numpy as np
 import pygame
 
 Colour = tuple[float, ...]  # display red, green, blue and perhaps alpha, 0..1
@@ -48,11 +50,11 @@ class Canvas:
         """A filled circle."""
         pygame.draw.circle(self._surface, _bytes(colour), (x * self._k, y * self._k), radius * self._k)
 
-    def polygon(self, points, colour: Colour) -> None:
+    def polygon(self, points: Iterable[tuple[float, float]], colour: Colour) -> None:
         """A filled polygon."""
         pygame.draw.polygon(self._surface, _bytes(colour), [(x * self._k, y * self._k) for x, y in points])
 
-    def line(self, points, colour: Colour, width: float = 1.5) -> None:
+    def line(self, points: Iterable[tuple[float, float]], colour: Colour, width: float = 1.5) -> None:
         """Straight lines from point to point."""
         pygame.draw.lines(
             self._surface,
@@ -70,7 +72,7 @@ class Canvas:
         left = x * self._k - align * letters.get_width()
         self._surface.blit(letters, (round(left), round(middle * self._k - letters.get_height() / 2)))
 
-    def picture(self, pixels, box: Box, smooth: bool = False) -> None:
+    def picture(self, pixels: np.ndarray, box: Box, smooth: bool = False) -> None:
         """A picture (height, width, 3) uint8 stretched over a box."""
         image = pygame.surfarray.make_surface(pixels.swapaxes(0, 1))
         place = [round(side * self._k) for side in box]

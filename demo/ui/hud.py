@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from demo.ui.canvas import ACCENT, BACKGROUND, Canvas
+from demo.ui.canvas import ACCENT, BACKGROUND, Box, Canvas
 from demo.ui.widgets import Region, Widget
 
 PADDING, SPACE, MARGIN = 10, 3, 14  # round the widgets, between them, at the window's border
@@ -97,7 +97,8 @@ def _layout(panel: Panel) -> tuple[tuple[float, float], tuple]:
     """The panel's size in units and the box of each widget in it."""
     sizes = [widget.size() for widget in panel.widgets]
     width = max(panel.width, *(size[0] for size in sizes))
-    boxes, top = [], PADDING
+    boxes: list[Box] = []
+    top: float = PADDING
     for _, height in sizes:
         boxes.append((PADDING, top, width, height))
         top += height + SPACE

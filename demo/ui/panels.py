@@ -3,18 +3,20 @@
 import textwrap
 from dataclasses import replace
 from functools import cache
-from typing import Collection
+from typing import Callable, Collection
+
+import numpy as np
 
 from demo.figure.colours import OWN_STYLE, part_colours, style_colour
 from demo.state.bindings import DEFAULT, MENU_PAGES, SLOTS, Bindings
 from demo.state.presets import Presets
 from demo.state.style_choice import HALF, OWN, StyleChoice
-from demo.ui.canvas import ACCENT, ALERT, FAINT, INK, SMALL
+from demo.ui.canvas import ACCENT, ALERT, FAINT, INK, SMALL, Colour
 from demo.ui.diagram import Diagram
 from demo.ui.hud import Panel
 from demo.ui.menu import Menu
 from demo.ui.plots import Dial, HeatMap, Times
-from demo.ui.widgets import Beside, Button, Buttons, Cell, Choice, Choices, Field, Label, Slider, Stack, Table
+from demo.ui.widgets import Beside, Button, Buttons, Cell, Choice, Choices, Field, Label, Slider, Stack, Table, Widget
 from sim.body.pose import Pose
 from sim.body.skeleton import GROUPS, PART_NAMES
 from sim.latency import Latency
@@ -31,7 +33,9 @@ class Figures:
     """Frame time, drawing time and pictures a second, each the mean of a short while, so that they can be read."""
 
     def __init__(self, seconds: float) -> None:
-        self._seconds, self._since, self._ticks = seconds, None, []
+        self._seconds = seconds
+        self._since: float | None = None
+        self._ticks: list[tuple[float, float]] = []  # frame and drawing time of each picture since
         self.frame_ms = self.draw_ms = self.rate = 0.0
 
     def tick(self, now: float, frame_ms: float, draw_ms: float) -> None:
@@ -104,7 +108,7 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
         ("stronger", "weaker"),
         mark=1 / MAX_STRENGTH,
     )
-    widgets = [
+    widgets: list[Widget] = [
         Beside(Diagram(colours, choice.parts), Stack(lines)),
         groups,
         Buttons(
@@ -149,7 +153,7 @@ def presets(slots: Presets) -> Panel:
     """The eight presets: a click wears one, the right button keeps what is worn."""
     buttons = []
     for slot in SLOTS:
-        name, style = slots.slots.get(slot, ("", {}))
+        name, style = slots.slots.get(slot, ("", StyleSpec()))
         swatches = tuple(map(tuple, part_colours(style).round(3).tolist())) if name else ()
         buttons.append(
             Button(name or f"{slot}: right click saves", f"preset_{slot}", other=f"save_{slot}", swatches=swatches)
@@ -168,21 +172,21 @@ def corner(menu_open: bool, helping: bool, hidden: bool) -> Panel:
     return Panel((Buttons(buttons, SMALL),), "top right", 170)
 
 
-def menu(state: Menu, slots: Presets, is_on) -> Panel:
+def menu(state: Menu, slots: Presets, is_on: Callable[[str], bool | None]) -> Panel:
     """The open page of the menu; is_on(action) says whether a toggle is on."""
     tabs = Buttons(tuple(Button(page, f"page:{page}", page == state.page) for page in MENU_PAGES), SMALL)
     dots = {True: ACCENT, False: OFF, None: None}
     choices = tuple(
         Choice(row.text, row.action, dots[is_on(row.action)], row.key, row.other) for row in state.rows(slots.slots)
     )
-    widgets = [tabs, Choices(choices, state.row, 8, ("menu_up", "menu_down"))]
+    widgets: list[Widget] = [tabs, Choices(choices, state.row, 8, ("menu_up", "menu_down"))]
     if state.page == "presets":
         widgets.append(Label("a right click, or X, keeps here what is worn", FAINT, SMALL))
     return Panel(tuple(widgets), "top right", 330)
 
 
 def status(
-    choice: StyleChoice, figures: Figures, missed: int, facing_held: bool, recorder, brief: bool = False
+    choice: StyleChoice, figures: Figures, missed: int, facing_held: bool, recorder: object, brief: bool = False
 ) -> Panel:
     """The line that is always there: part, style, strength (left out where `brief`), frame time, missed frames."""
     styled = choice.name != OWN
@@ -210,7 +214,7 @@ def status(
     return Panel((Table((tuple(cells),), letters=SMALL),), "bottom")
 
 
-def line(text: str, anchor: str, colour=INK) -> Panel:
+def line(text: str, anchor: str, colour: Colour = INK) -> Panel:
     """One sentence, on as many lines as it needs."""
     return Panel((Table(tuple((Cell(part, colour),) for part in textwrap.wrap(text, WIDEST))),), anchor)
 
@@ -231,7 +235,7 @@ def dial(pose: Pose) -> Panel:
     return Panel((Dial(round(float(pose.phase), 3), contacts),), "bottom right")
 
 
-def attention(values, part: str, spec: PartSpec | None) -> Panel:
+def attention(values: np.ndarray | str, part: str, spec: PartSpec | None) -> Panel:
     """The attention map of a part: values (content samples, style samples), or a sentence why there is none."""
     title = Label(f"what the {readable(part)} attends to", FAINT, SMALL)
     style = f"down: last 0.5 s; across: 3 s of {' and '.join(spec.names) if spec else 'neutral'}"

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Sequence
+from typing import Any, Sequence
 
 import numpy as np
 
@@ -20,18 +20,18 @@ class Pose:
     """
 
     root_position: np.ndarray
-    root_facing: float
+    root_facing: np.ndarray | float
     hips: np.ndarray
     rotations: np.ndarray
     contacts: np.ndarray
-    phase: float
+    phase: np.ndarray | float
 
     @classmethod
     def stacked(cls, poses: Sequence["Pose"]) -> "Pose":
         """Many instants, or many characters in one, as one pose with a leading axis."""
         return cls(*(np.array([getattr(pose, field.name) for pose in poses]) for field in fields(cls)))
 
-    def __getitem__(self, which) -> "Pose":
+    def __getitem__(self, which: Any) -> "Pose":
         """One or some of many instants."""
         return Pose(*(getattr(self, field.name)[which] for field in fields(self)))
 

@@ -164,7 +164,8 @@ class StrideScale:
             [neutral.to_character(pose.positions[..., FOOT, :] - root[..., None, :]) for pose in (styled, neutral)],
             axis=-1,
         )
-        along = np.vecdot(feet, direction[..., None, :, None], axis=-2)  # (..., 2 feet, 2): styled, neutral
+        # (..., 2 feet, 2): styled, neutral; numpy's types leave the axis out
+        along = np.vecdot(feet, direction[..., None, :, None], axis=-2)  # type: ignore[call-overload]
         self._mean = self._mean + (along - self._mean) * (1 - decay(STANCE_HALFLIFE, DT))
         swing = along - self._mean
         products = np.stack(

@@ -89,8 +89,8 @@ def _decoded(offsets: np.ndarray, channels: list[tuple[str, ...]], values: np.nd
                 slot += 1
     rotations = rot.IDENTITY
     for slot in range(3):  # file order is intrinsic: each rotation acts inside the one before
-        axis = np.broadcast_to(np.eye(3)[axes[:, slot]], positions.shape)
-        rotations = rot.multiply(rotations, rot.from_axis_angle(axis, np.radians(angles[..., slot])))
+        about = np.broadcast_to(np.eye(3)[axes[:, slot]], positions.shape)
+        rotations = rot.multiply(rotations, rot.from_axis_angle(about, np.radians(angles[..., slot])))
     return positions, rotations
 
 
@@ -99,7 +99,7 @@ def from_clip(clip: Clip) -> Motion:
     positions = np.tile(BONE_OFFSETS, (len(clip), 1, 1))
     positions[:, 0] = clip.hips
     end_sites = {JOINTS.index(name): CENTIMETRES * np.array(offset) for name, offset in END_SITES.items()}
-    channels = [POSITION_ORDER + ROTATION_ORDER] + [ROTATION_ORDER] * (len(JOINTS) - 1)
+    channels: list[tuple[str, ...]] = [POSITION_ORDER + ROTATION_ORDER] + [ROTATION_ORDER] * (len(JOINTS) - 1)
     return Motion(
         list(JOINTS),
         PARENTS.tolist(),
@@ -167,7 +167,8 @@ def _frame_lines(motion: Motion) -> list[str]:
             )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # gimbal lock: scipy warns, the angles it gives are right
-            angles = np.unwrap(rot.to_euler(order, motion.rotations[:, joint]), axis=0, period=360.0) if order else None
+            turns = rot.to_euler(order, motion.rotations[:, joint]) if order else np.empty((len(motion), 0))
+            angles = np.unwrap(turns, axis=0, period=360.0)
         for channel in channels:
             if channel in POSITION_ORDER:
                 columns.append(motion.positions[:, joint, "XYZ".index(channel[0])])

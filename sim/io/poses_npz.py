@@ -1,7 +1,7 @@
 """The poses file (`.npz`, DESIGN.md, Sec. 4): what a replay produced, frame by frame, for other programs to measure."""
 
 from pathlib import Path
-from typing import Sequence
+from typing import Iterable, Sequence
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from sim.session import Frame
 def to_arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
     """The poses file's arrays by name: metres, radians, local quaternions wxyz with signs that run on."""
 
-    def stack(values) -> np.ndarray:
+    def stack(values: Iterable[np.ndarray | float]) -> np.ndarray:
         return np.array([np.asarray(value, dtype=np.float64) for value in values])
 
     return {
@@ -37,4 +37,4 @@ def to_arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
 def write(path: str | Path, frames: Sequence[Frame]) -> None:
     """Writes the poses file; equal frames give equal bytes. Raises OSError where it cannot be written."""
     with atomic_write(path) as temporary, open(temporary, "wb") as file:  # to a bare name numpy might add its .npz
-        np.savez(file, **to_arrays(frames))
+        np.savez(file, **to_arrays(frames))  # type: ignore[arg-type]  # numpy's types take an array for its allow_pickle

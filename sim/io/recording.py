@@ -6,7 +6,7 @@ import warnings
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Iterator
+from typing import Any, Callable, Iterator
 
 from sim.command import Command, check_gait, check_length
 from sim.motion.clip import FPS
@@ -33,7 +33,7 @@ class Recorder:
         self.path = Path(path)
         self.frames = 0
         self._file = open(self.path, "x", encoding="ascii")
-        self._last: dict = {"pace": pace}  # what the lines so far say
+        self._last: dict[str, Any] = {"pace": pace}  # what the lines so far say
         self._silent = 0  # frames since the last line
         self._line(HEADER | ({"stylizer": stylizer} if stylizer else {}) | ({"pace": True} if pace else {}))
 
@@ -64,10 +64,10 @@ class Recorder:
     def __enter__(self) -> "Recorder":
         return self
 
-    def __exit__(self, *exception) -> None:
+    def __exit__(self, *exception: object) -> None:
         self.close()
 
-    def _line(self, content: dict) -> None:
+    def _line(self, content: dict[str, Any]) -> None:
         self._file.write(json.dumps(content) + "\n")
         self._file.flush()
 
@@ -128,7 +128,7 @@ def read(path: str | Path) -> Recording:
     return Recording(tuple(changes.items()), frames, header.get("stylizer"))
 
 
-def _encode(command: Command) -> dict:
+def _encode(command: Command) -> dict[str, Any]:
     """A whole command in the format's terms. Floats keep every bit: Python writes text that reads back the same."""
     return {
         "move": [float(v) for v in command.move],
@@ -139,7 +139,7 @@ def _encode(command: Command) -> dict:
     }
 
 
-def _parse(line: bytes) -> dict:
+def _parse(line: bytes) -> dict[str, Any]:
     """One line as a JSON object."""
     try:
         entry = json.loads(line)
@@ -159,7 +159,7 @@ def _is_whole(line: bytes) -> bool:
     return True
 
 
-def _header_of(line: bytes) -> dict:
+def _header_of(line: bytes) -> dict[str, Any]:
     """The header. Raises ValueError for a line that is none, or that names no stylizer where it should."""
     try:
         header = _parse(line)
@@ -170,12 +170,12 @@ def _header_of(line: bytes) -> dict:
     for name in ("version", "fps"):
         if header.get(name) != HEADER[name]:
             raise ValueError(f"{name} is {abbreviate(header.get(name))}, but only {HEADER[name]} can be played")
-    if not isinstance(name := header.get("stylizer"), str | None):
-        raise ValueError(f"stylizer is {abbreviate(name)}, but must be a name")
+    if not isinstance(stylizer := header.get("stylizer"), str | None):
+        raise ValueError(f"stylizer is {abbreviate(stylizer)}, but must be a name")
     return header
 
 
-def _frame_of(entry: dict, after: int) -> int:
+def _frame_of(entry: dict[str, Any], after: int) -> int:
     """The frame number of a line; the line before it was at frame `after`."""
     frame = entry.get("frame")
     if type(frame) is not int or not 0 <= frame <= MAX_FRAMES:
@@ -185,13 +185,13 @@ def _frame_of(entry: dict, after: int) -> int:
     return frame
 
 
-def _is_end(entry: dict) -> bool:
+def _is_end(entry: dict[str, Any]) -> bool:
     if entry.get("end", True) is not True:
         raise ValueError(f"end is {abbreviate(entry['end'])}, but can only be true")
     return "end" in entry
 
 
-def _fields_of(entry: dict, command: Command) -> dict:
+def _fields_of(entry: dict[str, Any], command: Command) -> dict[str, Any]:
     """The command fields that a line sets, checked, with `style` merged into that of `command`."""
     result = {}
     for name, value in entry.items():
@@ -204,14 +204,14 @@ def _fields_of(entry: dict, command: Command) -> dict:
     return result
 
 
-def _read_move(value, _: Command) -> tuple[float, float]:
+def _read_move(value: Any, _: Command) -> tuple[float, float]:
     move = _pair("move", value)
     check_length(value)
     length = math.hypot(*move)
     return (move[0] / length, move[1] / length) if length > 1 + LAST_BITS else move
 
 
-def _read_face(value, _: Command) -> tuple[float, float] | None:
+def _read_face(value: Any, _: Command) -> tuple[float, float] | None:
     if value is None:
         return None
     face = _pair("face", value)
@@ -220,25 +220,31 @@ def _read_face(value, _: Command) -> tuple[float, float] | None:
     return face
 
 
-def _read_gait(value, _: Command) -> str:
+def _read_gait(value: Any, _: Command) -> str:
     check_gait(value)
     return value
 
 
-def _read_style(value, command: Command) -> StyleSpec:
+def _read_style(value: Any, command: Command) -> StyleSpec:
     return command.style.updated(value)
 
 
-def _read_pace(value, _: Command | None = None) -> bool:
+def _read_pace(value: Any, _: Command | None = None) -> bool:
     if not isinstance(value, bool):
         raise ValueError(f"pace is {abbreviate(value)}, but must be true or false")
     return value
 
 
-_READERS = {"move": _read_move, "face": _read_face, "gait": _read_gait, "style": _read_style, "pace": _read_pace}
+_READERS: dict[str, Callable[[Any, Command], object]] = {
+    "move": _read_move,
+    "face": _read_face,
+    "gait": _read_gait,
+    "style": _read_style,
+    "pace": _read_pace,
+}
 
 
-def _pair(name: str, value) -> tuple[float, float]:
+def _pair(name: str, value: Any) -> tuple[float, float]:
     """A list of two finite numbers."""
     if not (isinstance(value, list) and len(value) == 2 and all(map(is_number, value))):
         raise ValueError(f"{name} is {abbreviate(value)}, but must be two numbers [x, z]")

@@ -60,7 +60,7 @@ def normalize(v: np.ndarray) -> np.ndarray:
     return v / np.maximum(length(v), 1e-12)
 
 
-def slerp(a: np.ndarray, b: np.ndarray, t) -> np.ndarray:
+def slerp(a: np.ndarray, b: np.ndarray, t: np.ndarray | float) -> np.ndarray:
     """From a to b along the shorter arc: (..., 4), (..., 4), t broadcastable to (..., 1); t beyond 0..1
     extrapolates."""
     dot = np.vecdot(a, b)[..., None]
@@ -74,7 +74,7 @@ def slerp(a: np.ndarray, b: np.ndarray, t) -> np.ndarray:
     return normalize(wa * a + wb * b)
 
 
-def from_axis_angle(axis: np.ndarray, angle) -> np.ndarray:
+def from_axis_angle(axis: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
     """Rotation about unit axes (..., 3) by angles in radians (...)."""
     half = np.asarray(angle)[..., None] / 2
     return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
@@ -128,7 +128,7 @@ def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return normalize(result)
 
 
-def from_yaw(yaw) -> np.ndarray:
+def from_yaw(yaw: np.ndarray | float) -> np.ndarray:
     """Rotation about the vertical by a yaw in radians (...); yaw 0 faces +Z, a quarter turn faces +X."""
     half = np.asarray(yaw) / 2
     result = np.zeros((*half.shape, 4))
@@ -141,7 +141,7 @@ def yaw_of(direction: np.ndarray) -> np.ndarray:
     return np.arctan2(direction[..., 0], direction[..., -1])
 
 
-def wrap_angle(angle):
+def wrap_angle(angle: np.ndarray | float) -> np.ndarray | float:
     """The same angle in -pi .. pi."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 

@@ -1,6 +1,7 @@
 """Exact springs by half-life: what is left after the half-life is half of what was, whatever the frame rate."""
 
 import math
+from typing import Any, Callable, overload
 
 import numpy as np
 
@@ -18,7 +19,13 @@ def _stiffness(halflife: float) -> float:
     return 1.678 / max(halflife, 1e-6)  # the root of (1 + y) exp(-y) = 1/2
 
 
-def spring_step(x, v, target, halflife: float, dt):
+@overload
+def spring_step(x: float, v: float, target: float, halflife: float, dt: float) -> tuple[float, float]: ...
+@overload
+def spring_step(
+    x: np.ndarray, v: np.ndarray, target: np.ndarray | float, halflife: float, dt: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray]: ...
+def spring_step(x: Any, v: Any, target: Any, halflife: float, dt: Any) -> tuple[Any, Any]:
     """Position and velocity of a critically damped spring after dt seconds, exactly; any shapes that broadcast."""
     y = _stiffness(halflife)
     j0 = x - target
@@ -32,7 +39,9 @@ def lag(halflife: float) -> float:
     return 2 / _stiffness(halflife)
 
 
-def soft_spring_step(x, v, a, target, halflife: float, dt: float):
+def soft_spring_step(
+    x: np.ndarray, v: np.ndarray, a: np.ndarray, target: np.ndarray | float, halflife: float, dt: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, velocity and acceleration of a spring of third order after dt seconds, exactly: its acceleration never
     jumps, so a gap that opens in one frame is closed without a jolt."""
     y = 2.674 / max(halflife, 1e-6)  # the root of (1 + y + y^2 / 2) exp(-y) = 1/2
@@ -45,7 +54,9 @@ def soft_spring_step(x, v, a, target, halflife: float, dt: float):
     return x + target, v, a
 
 
-def spring_travel(v, a, target, halflife: float, dt):
+def spring_travel(
+    v: np.ndarray, a: np.ndarray, target: np.ndarray | float, halflife: float, dt: np.ndarray | float
+) -> np.ndarray:
     """How far a body travels in dt seconds while its velocity v (acceleration a) springs to a target velocity,
     exactly."""
     y = _stiffness(halflife)
@@ -55,7 +66,9 @@ def spring_travel(v, a, target, halflife: float, dt):
     return e * (-j1 / y**2 - (j0 + j1 * dt) / y) + j1 / y**2 + j0 / y + target * dt
 
 
-def response(spring, halflife: float, times) -> np.ndarray:
+def response(
+    spring: Callable[..., np.ndarray | tuple[np.ndarray, np.ndarray]], halflife: float, times: np.ndarray | float
+) -> np.ndarray:
     """A spring as a matrix (..., 3): what it gives at `times` is this times (where, how fast, target), for it is linear
     in them.
 

@@ -94,7 +94,7 @@ def _rests_as_we_do(body: SourceBody) -> bool:
     if [body.motion.names[body.index[name]] for name in JOINTS if body.has(name)] != list(JOINTS):
         return False
     theirs = np.array([body.rest[name] - body.rest[JOINTS[PARENTS[INDEX[name]]]] for name in JOINTS[1:]])
-    scale = np.linalg.norm(BONE_OFFSETS[1:]) / max(np.linalg.norm(theirs), 1e-9)
+    scale = np.linalg.norm(BONE_OFFSETS[1:]) / max(float(np.linalg.norm(theirs)), 1e-9)
     return bool(np.abs(theirs * scale - BONE_OFFSETS[1:]).max() < 1e-3)
 
 
@@ -177,7 +177,7 @@ def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
     girdle = "Shoulder" if body.has("LeftShoulder", "RightShoulder") else "Arm"
     hips_left = body.at("LeftUpLeg") - body.at("RightUpLeg")
     chest_left = body.at("Left" + girdle) - body.at("Right" + girdle)
-    left = None
+    left = np.zeros(3)  # of the joint before
     for name, above in zip(torso, [*torso[1:], None], strict=True):
         if name == "Hips":  # the whole trunk, since what joins hips and spine leans as the rig's maker liked
             trunk = body.at("Neck" if body.has("Neck") else "Head") - body.between_hips()
@@ -203,7 +203,9 @@ def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
 # ---- what the motion says ----
 
 
-def _roll_to_hinge(body: SourceBody, constants: dict, upper: str, lower: str, end: str, hinge: np.ndarray) -> None:
+def _roll_to_hinge(
+    body: SourceBody, constants: dict[str, np.ndarray], upper: str, lower: str, end: str, hinge: np.ndarray
+) -> None:
     """Rolls a limb whose hinge lies otherwise than ours: CMU's elbows bend 30 degrees off the horizontal at rest.
 
     Only where it plainly is a hinge; what both bones do not see alike is a twist of the arm, which is motion."""
@@ -224,7 +226,7 @@ def _is_hinge(body: SourceBody, name: str, bend: np.ndarray) -> bool:
     return np.linalg.norm(body.seen_from(name, bend)) > FIXED_AXIS * np.linalg.norm(bend[body.sample], axis=-1).mean()
 
 
-def _flatten_soles(body: SourceBody, constants: dict, end: str, most_pitch: float) -> None:
+def _flatten_soles(body: SourceBody, constants: dict[str, np.ndarray], end: str, most_pitch: float) -> None:
     """Pitches and rolls the feet or the toes so that they are flat, as ours are, while they are planted flat."""
     ups = []
     for side, planted in zip(SIDES, body.planted(), strict=True):

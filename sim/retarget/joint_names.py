@@ -97,7 +97,7 @@ def detect(names: list[str]) -> dict[str, str]:
     """Our joint -> theirs, for the family that fits the names best; optional joints they lack are left out.
 
     Raises ValueError listing what is missing when none fits."""
-    plain = {}
+    plain: dict[str, str] = {}
     for name in names:
         plain.setdefault(_plain(name), name)
     best = max((_match(plain, family, sides) for family in _FAMILIES.values() for sides in _SIDE_WORDS), key=len)
@@ -136,7 +136,7 @@ def _plain(name: str) -> str:
 
 def _match(plain: dict[str, str], family: tuple[str, ...], sides: tuple[str, str]) -> dict[str, str]:
     """The part of one family that is found among the plain names; no joint is used twice."""
-    found = {}
+    found: dict[str, str] = {}
     for ours, candidates in zip(_OURS, family, strict=True):
         for our_side, word in (("", ""),) if ours in INDEX else zip(("Left", "Right"), sides, strict=True):
             spelled = (s for name in candidates.split() for s in (word + name, name + word))

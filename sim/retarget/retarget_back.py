@@ -57,7 +57,7 @@ def _at_their_rate(values: np.ndarray, fps: float, motion: Motion) -> np.ndarray
 
 def _owners(body: SourceBody) -> list[str | None]:
     """For each of their joints that of ours whose turn it takes: its own, or its nearest mapped ancestor's."""
-    owners = [None] * len(body.motion.names)
+    owners: list[str | None] = [None] * len(body.motion.names)
     for ours, theirs in body.index.items():
         owners[theirs] = ours
     for joint, parent in enumerate(body.motion.parents):

@@ -39,7 +39,7 @@ class SourceBody:
 
         A body that lies with its head to +Z throughout would be taken for standing: the two look the same."""
         up = rot.normalize(self.at("Head") - (self.at("LeftFoot") + self.at("RightFoot")) / 2)
-        return np.mean(up[:, 2] > 0.8) > 0.8 and np.mean(up[:, 1] > 0.8) < 0.1
+        return bool(np.mean(up[:, 2] > 0.8) > 0.8 and np.mean(up[:, 1] > 0.8) < 0.1)
 
     def _rest(self) -> dict[str, np.ndarray]:
         """The zero pose: our joint -> place (3,), from mean translations (position channels replace offsets)."""

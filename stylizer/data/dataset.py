@@ -67,7 +67,8 @@ def pack(data_dir: Path, out_dir: Path) -> "MotionData":
     if index.exists() and json.loads(index.read_text())["source"] == source:
         return MotionData.open(out_dir)
     out_dir.mkdir(parents=True, exist_ok=True)
-    clips, skipped, start = [], Counter(), 0
+    clips, start = [], 0
+    skipped: Counter[str] = Counter()
     raw = out_dir / "motion.f16"
     with raw.open("wb") as sink:
         for path in tqdm(files, desc="reading motion", unit="clip"):
@@ -147,7 +148,8 @@ class MotionData:
     def _shares(self, group_of: Callable[[PackedClip], str | None], alike: bool = False) -> np.ndarray:
         """Shares of 1: groups by the square root of their length, or all alike; clips within a group by their length,
         gestures and idling less. A clip of no group has none."""
-        groups, frames = [group_of(clip) for clip in self.clips], Counter()
+        groups = [group_of(clip) for clip in self.clips]
+        frames: Counter[str | None] = Counter()
         for group, clip in zip(groups, self.clips):
             frames[group] += clip.frames
         shares = np.array(

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass, fields
+from typing import Generic, TypeVar
 
 import numpy as np
 import torch
@@ -14,6 +15,7 @@ from stylizer.data.dataset import MotionData, PackedClip
 from stylizer.data.sampler import Sampler
 from stylizer.networks.normalization import Scaled
 
+A = TypeVar("A", np.ndarray, Tensor)
 NEUTRAL = "neutral"  # of motion without a style, the controller's own among it
 NEUTRAL_FOLDERS = (CONTROLLER, "100style-neutral")
 NOISE = 64  # standard normal numbers for each row of a batch
@@ -41,25 +43,25 @@ def labels_of(data: MotionData) -> tuple[str, ...]:
 
 
 @dataclass
-class DomainBatch:
+class DomainBatch(Generic[A]):
     """Windows of motion with their domains (B,), and random numbers (B, NOISE) that the losses use in turn.
 
     The windows are arrays (B, T, 21, 15), or, normalized for a network by `as_inputs`, tensors (21, B, T, 15). sibling
     is another window of source's clip, kin a window of another clip of source's domain; target is of any domain,
     target_kin a window of another clip of that one; any is of any clip, labelled or not."""
 
-    source: np.ndarray | Tensor
-    sibling: np.ndarray | Tensor
-    kin: np.ndarray | Tensor
-    target: np.ndarray | Tensor
-    target_kin: np.ndarray | Tensor
-    any: np.ndarray | Tensor
-    source_domain: np.ndarray | Tensor
-    target_domain: np.ndarray | Tensor
-    noise: np.ndarray | Tensor
+    source: A
+    sibling: A
+    kin: A
+    target: A
+    target_kin: A
+    any: A
+    source_domain: A
+    target_domain: A
+    noise: A
 
 
-def as_inputs(batch: DomainBatch, model: Scaled, device: torch.device) -> DomainBatch:
+def as_inputs(batch: DomainBatch[np.ndarray], model: Scaled, device: torch.device) -> DomainBatch[Tensor]:
     """The batch as tensors, its windows normalized."""
     tensors = {field.name: torch.from_numpy(getattr(batch, field.name)).to(device) for field in fields(batch)}
     return DomainBatch(**{name: model.normalize(x) if x.dim() == 4 else x for name, x in tensors.items()})
@@ -71,25 +73,26 @@ class LabelledSampler(Sampler):
     def __init__(self, data: MotionData, labels: tuple[str, ...], samples: int, seed: int) -> None:
         super().__init__(data, seed)
         self.labels, self.samples = labels, samples
-        self.by_domain = defaultdict(list)
+        self.by_domain: dict[int, list[int]] = defaultdict(list)
         for index, clip in enumerate(data.clips):
             if (label := label_of(clip.name)) in labels:
                 self.by_domain[labels.index(label)].append(index)
         self.domains = sorted(self.by_domain)
 
-    def batch(self, size: int) -> DomainBatch:
+    def batch(self, size: int) -> DomainBatch[np.ndarray]:  # type: ignore[override]  # nobody takes either kind
         """Random windows, half of them mirrored."""
         domains = self.random.choice(self.domains, (2, size))
         rows = zip(*(self._row(source, target) for source, target in domains.T))
-        windows = [np.stack(column).astype(np.float32) for column in rows]
+        source, sibling, kin, target, target_kin, anything = (np.stack(column).astype(np.float32) for column in rows)
         noise = self.random.standard_normal((size, NOISE)).astype(np.float32)
-        return DomainBatch(*windows, *domains.astype(np.int64), noise)
+        source_domain, target_domain = domains.astype(np.int64)
+        return DomainBatch(source, sibling, kin, target, target_kin, anything, source_domain, target_domain, noise)
 
     def of_domain(self, domain: int, size: int) -> np.ndarray:
         """(size, T, 21, 15) random windows of one domain."""
         return np.stack([self._anywhere(self._clip(domain)) for _ in range(size)]).astype(np.float32)
 
-    def _row(self, source: int, target: int) -> tuple[np.ndarray, ...]:
+    def _row(self, source: int, target: int) -> tuple[np.ndarray, ...]:  # type: ignore[override]  # see `batch`
         clip, target_clip = self._clip(source), self._clip(target)
         anything = self.data.clips[self.random.choice(len(self.data.clips), p=self.source_weights)]
         chosen = (clip, clip, self._clip(source), target_clip, self._clip(target), anything)

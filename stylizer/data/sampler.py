@@ -59,7 +59,7 @@ class Sampler:
         self.speeds = np.array([clip.speed for clip in data.clips])
         self.gaits: dict[str, np.ndarray] = {}  # of clips that were drawn before
         self.root_velocities: dict[str, np.ndarray] = {}  # likewise
-        self.alike = defaultdict(list)  # the clips of a manner
+        self.alike: dict[str | None, list[PackedClip]] = defaultdict(list)  # the clips of a manner
         for clip in data.clips:
             self.alike[clip.performer_style].append(clip)
 
@@ -72,7 +72,7 @@ class Sampler:
         rows = zip(*(self._row(self.data.clips[i], self.data.clips[j]) for i, j in zip(sources, targets)))
         return Batch(*(np.stack(column).astype(np.float32) for column in rows))
 
-    def _row(self, source: PackedClip, target: PackedClip) -> tuple[np.ndarray, ...]:
+    def _row(self, source: PackedClip, target: PackedClip) -> tuple[np.ndarray | float, ...]:
         flip_source, flip_target = (bool(flip) for flip in self.random.random(2) < 0.5)
         pace = self._pace(source)
         end, later = float(self.random.uniform(CONTENT_SPAN * pace, source.frames - 1 - LATER * pace)), LATER * pace
@@ -100,7 +100,8 @@ class Sampler:
         """Where the source's own style is read."""
         if self.random.random() < ELSEWHERE:
             if source.performer_style and self.random.random() < ELSEWHERE_STILL:
-                source, pace = self.random.choice(self.alike[source.performer_style]), 1.0
+                alike = self.alike[source.performer_style]
+                source, pace = alike[self.random.choice(len(alike))], 1.0
             end = self.random.uniform(0, source.frames - 1)
         return self._window(source, end, CLIP_WINDOW, pace, flip)
 
@@ -115,7 +116,8 @@ class Sampler:
         limit = min(apart.values()) + SAME_VELOCITY
         if apart[target.name] <= limit:  # what the network is shown is the best lesson in it
             return target
-        return self.random.choice([clip for clip in clips if apart[clip.name] <= limit])
+        near = [clip for clip in clips if apart[clip.name] <= limit]
+        return near[self.random.choice(len(near))]
 
     def _root_velocity(self, clip: PackedClip) -> np.ndarray:
         """(3,) mean velocity sideways and forward in m/s, and turn rate in rad/s."""

@@ -19,7 +19,7 @@ from sim.io import tensor_file
 from sim.motion.features import LAYOUT, STRIDE
 from stylizer.data.style_labels import SAMPLES, Take, draw_balanced
 from stylizer.networks.graph import LEVELS
-from stylizer.networks.layers import Pool, STConv
+from stylizer.networks.layers import M, Pool, STConv
 from stylizer.systems import checkpoint
 
 SEEN = np.r_[LAYOUT["position"], LAYOUT["velocity"]]
@@ -38,6 +38,9 @@ HIDDEN = 0.3  # probability that a body part is hidden
 class Classifier(nn.Module):
     """Windows (B, SAMPLES, 21, 15) -> the logits of `labels`. Three graph convolutions, the last pooled to one
     feature."""
+
+    mean: Tensor
+    deviation: Tensor
 
     def __init__(self, labels: Sequence[str]) -> None:
         super().__init__()
@@ -94,9 +97,7 @@ def load_classifier(
     return train_once(model, path, lambda: _train(model, kind, takes, seed, tick), STEPS, tick)
 
 
-def train_once(
-    model: nn.Module, path: Path, train: Callable[[], object], steps: int, tick: Callable[[], object]
-) -> nn.Module:
+def train_once(model: M, path: Path, train: Callable[[], object], steps: int, tick: Callable[[], object]) -> M:
     """The model with the weights of a file, or trained, which takes `steps` steps, and kept there; ready to run.
     Calls tick once a step either way, `train` doing so itself."""
     if path.exists():
@@ -137,11 +138,11 @@ def _batch(
     chosen: list[int] = []
     while len(chosen) < BATCH:
         chosen += draw_balanced(random, takes, kind)
-    chosen = random.permutation(chosen)[:BATCH]
-    motion = [_paced(random, takes[i].features) for i in chosen]
+    drawn = random.permutation(chosen)[:BATCH]
+    motion = [_paced(random, takes[i].features) for i in drawn]
     return (
         torch.from_numpy(np.stack(motion).astype(np.float32)),
-        torch.tensor([labels.index(getattr(takes[i], kind)) for i in chosen]),
+        torch.tensor([labels.index(getattr(takes[i], kind)) for i in drawn]),
     )
 
 

@@ -25,8 +25,10 @@ from stylizer.evaluation.transfer_benchmark import (
     measure_real,
     measure_transfer,
 )
-from stylizer.networks.normalization import Scaled
-from stylizer.runtime.offline import ResolvedStyle, evaluate
+from stylizer.networks.layers import of_kind
+from stylizer.runtime.offline import Network, ResolvedStyle, evaluate
+from stylizer.styles.code_bank import UNKNOWN_GAIT
+from stylizer.styles.style_clips import StyleClips
 from stylizer.systems import checkpoint
 from stylizer.systems.registry import SYSTEMS
 from stylizer.systems.whole_body import WholeBody
@@ -61,11 +63,17 @@ class Comparison:
 class Sampled(Transfer):
     """Transfer where nobody shows the style: a code by chance, of the target's label if the system knows labels."""
 
+    model: WholeBody
+
     def __init__(self, model: WholeBody) -> None:
         super().__init__(model, "offline")
         self.random = np.random.default_rng(0)
         self.by_label = getattr(model.config, "labelled", True)
-        self.style = lambda take: model.sample_code(take.style if self.by_label else None, self.random)
+        self.style = self._draw
+
+    def _draw(self, take: Take) -> StyleClips:
+        code = self.model.sample_code(take.style if self.by_label else None, self.random)
+        return StyleClips(code[None], UNKNOWN_GAIT)
 
     def targets(self, takes: Sequence[Take]) -> Sequence[Take]:
         """Those whose style it can draw: of labels that it learned; all where it asks for none or knows none of
@@ -98,7 +106,7 @@ def compare(data_dir: Path, folder: Path | None = None, progress: Progress | Non
 
 
 def measure_network(
-    model: Scaled,
+    model: Network,
     name: str,
     mode: str,
     size: int,
@@ -107,17 +115,16 @@ def measure_network(
     tick: Callable[[], object],
 ) -> dict:
     """One row."""
-    transfer = Sampled(model) if mode == "sampled" else Transfer(model, mode)
-    figures = measure_transfer(
-        transfer, takes, classifiers, size, tick, transfer.targets(takes) if mode == "sampled" else None
-    )
-    if mode == "sampled" and not transfer.by_label:
+    sampled = Sampled(of_kind(WholeBody, model)) if mode == "sampled" else None
+    transfer = sampled or Transfer(model, mode)
+    figures = measure_transfer(transfer, takes, classifiers, size, tick, sampled.targets(takes) if sampled else None)
+    if sampled and not sampled.by_label:
         figures |= {"sra": None, "drawn_sra": None}  # nobody asked for a style
     return {
         "model": name,
         "mode": mode,
         **{key: with_interval(figure) for key, figure in figures.items()},
-        "diversity": with_interval(diversity(transfer, takes, classifiers)) if mode == "sampled" else None,
+        "diversity": with_interval(diversity(sampled, takes, classifiers)) if sampled else None,
         "parameters": [model.parameter_count(), 0, 0],
         "ms_per_frame": [*measure_milliseconds(transfer), 0.0],
         "clip_ms": with_interval(clip_milliseconds(model)),
@@ -149,7 +156,7 @@ def diversity(transfer: Sampled, takes: Sequence[Take], classifiers: Classifiers
 
 
 @torch.inference_mode()
-def clip_milliseconds(model: Scaled) -> list[float]:
+def clip_milliseconds(model: Network) -> list[float]:
     """[median, deviation] of what the network takes to restyle a clip of CLIP samples in the style of another as
     long."""
     motion = torch.randn(21, 1, CLIP, 15, generator=torch.Generator().manual_seed(0))

@@ -13,7 +13,7 @@ from sim.motion.features import LAYOUT, clip_features
 from sim.motion.metrics import foot_skate
 from stylizer.data.style_labels import Take
 from stylizer.evaluation import metrics as measures
-from stylizer.evaluation.playback import Styles, play_live
+from stylizer.evaluation.playback import Playback, Styles, play_live
 from stylizer.evaluation.transfer_benchmark import CENTI
 from stylizer.runtime.live import OWN
 from stylizer.runtime.offline import ResolvedStyle, encode_clip, stylize
@@ -53,7 +53,7 @@ class Further:
     def arrives(self) -> dict:
         """Statistic -> part -> the shares of the style's that arrive (measures.shares), offline and live, from neutral
         walks to every style of the same performer walking."""
-        gaps = {mode: {name: 0.0 for name in measures.STATISTICS} for mode in ("offline", "live")}
+        gaps = {mode: {name: np.zeros(()) for name in measures.STATISTICS} for mode in ("offline", "live")}
         for target in self.styled:
             source = self._neutral_like(target)
             content = source.clip[:LONGEST]
@@ -61,7 +61,7 @@ class Further:
                 "offline": stylize(
                     self.model, content, {part: ResolvedStyle(self.style(target)) for part in PART_NAMES}
                 ),
-                "live": self._live(content, source, target, lambda _: PART_NAMES).locked,
+                "live": self._live(content, source, target, PART_NAMES).locked,
             }
             for mode, output in outputs.items():
                 for name, statistic in measures.STATISTICS.items():
@@ -74,14 +74,13 @@ class Further:
         height (Table 1), for the style whose mean pose in the restyled part is the farthest from the neutral one."""
         result: dict = {"offline": {}, "live": {}}
         for index, part in enumerate(PART_NAMES):
-            target = max(self.styled, key=lambda take, index=index: self._distance(take)[index])
+            farthest = np.argmax([self._distance(take)[index] for take in self.styled])
+            target = self.styled[farthest]
             source = self._neutral_like(target)
             content = source.clip[:LONGEST]
             pairs = {
                 "offline": (stylize(self.model, content, {part: ResolvedStyle(self.style(target))}), content),
-                "live": [
-                    self._live(content, source, target, lambda _, worn=worn: worn).locked for worn in ((part,), ())
-                ],
+                "live": [self._live(content, source, target, worn).locked for worn in ((part,), ())],
             }
             for mode, (output, unstyled) in pairs.items():
                 moved = measures.joint_displacement(output.positions()[SETTLED:], unstyled.positions()[SETTLED:])
@@ -103,7 +102,7 @@ class Further:
                 "offline_cm": stylize(
                     self.model, content, {part: ResolvedStyle(self.style(take)) for part in PART_NAMES}
                 ),
-                "live_cm": self._live(content, take, take, lambda _: PART_NAMES).styled,
+                "live_cm": self._live(content, take, take, PART_NAMES).styled,
             }
             for mode, output in outputs.items():
                 errors[mode].append(
@@ -117,7 +116,7 @@ class Further:
         """How far the live pose at strength 0 is from the neutral one, at most over all joints and frames."""
         source = next(iter(self.neutral.values()))
         content = source.clip[:LONGEST]
-        playback = self._live(content, source, self.styled[0], lambda _: PART_NAMES, strength=0.0)
+        playback = self._live(content, source, self.styled[0], PART_NAMES, strength=0.0)
         return {"farthest_cm": CENTI * float(np.abs(playback.styled.positions() - content.positions()).max())}
 
     def switching(self) -> dict:
@@ -153,8 +152,6 @@ class Further:
         """A neutral walk of the same performer, or of another where there is none."""
         return self.neutral.get(f"{NEUTRAL} {target.style.split()[-1]}", next(iter(self.neutral.values())))
 
-    def _live(
-        self, content: Clip, source: Take, target: Take, parts: Callable[[int], Sequence[str]], strength: float = 1.0
-    ):
+    def _live(self, content: Clip, source: Take, target: Take, parts: Sequence[str], strength: float = 1.0) -> Playback:
         styles = Styles(self.model, {OWN: self.style(source), "target": self.style(target)})
-        return play_live(styles, content, lambda frame: {part: ("target", strength) for part in parts(frame)})
+        return play_live(styles, content, lambda _: {part: ("target", strength) for part in parts})

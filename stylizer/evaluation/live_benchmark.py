@@ -6,7 +6,7 @@ The session is the one that users steer, as drawn, after the foot lock. Judges a
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Callable, Iterator, Mapping, Sequence
+from typing import Any, Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from sim.motion.clip import FPS, Clip, root_frame
 from sim.motion.features import LAYOUT, STRIDE, clip_features, features_from
 from sim.motion.gait import cadence, stride_phase
 from sim.motion.metrics import foot_skate, jerk
+from sim.protocols import NamedStylizer
 from sim.retarget.retarget import load_clip
 from sim.session import Session
 from stylizer.data import style_labels
@@ -92,7 +93,7 @@ class Motion:
     @classmethod
     def of(cls, poses: Pose) -> "Motion":
         """Of consecutive poses; the first STRIDE serve the velocities only."""
-        features = features_from(poses.positions, poses.rotations, poses.root_position, poses.root_facing)
+        features = features_from(poses.positions, poses.rotations, poses.root_position, np.asarray(poses.root_facing))
         return cls(poses.positions[STRIDE:], features, poses.root_position[STRIDE:])
 
     @classmethod
@@ -111,7 +112,7 @@ def play(
     tick: Callable[[], object] = lambda: None,
     seconds: float = SECONDS,
     settle: float = SETTLE_SECONDS,
-    **fields,
+    **fields: Any,
 ) -> tuple[list[Motion], list[Motion]]:
     """What a session draws of many characters side by side, and their neutral motion: each has a script and shows a
     style.
@@ -128,9 +129,10 @@ def play(
             drawn.append(result.styled)
             neutral.append(result.neutral)
         tick()
-    return tuple(
+    theirs, ours = (
         [Motion.of(poses[:, one]) for one in range(len(scripts))] for poses in map(Pose.stacked, (drawn, neutral))
     )
+    return theirs, ours
 
 
 def on_all_parts(style: str, strength: float = 1.0) -> dict:
@@ -209,7 +211,7 @@ class LiveEvaluation:
 
 
 def evaluate_live(
-    session: Session,
+    session: Session[NamedStylizer],
     data_dir: Path,
     progress: Progress | None = None,
     movements: Mapping[str, Callable[[int], Command]] = MOVEMENTS,
@@ -269,13 +271,14 @@ def load_references(data_dir: Path, files: Mapping[tuple[str, str], Sequence[Pat
             found = style_labels.labels(Path(clip).stem)
             content = next((kind for kind, (first, *_) in CONTENTS.items() if found and found[0] == first), None)
             path = bundled_styles.find_clip(data_dir, clip)
-            if content and path is None:
+            if found is None or content is None:
+                continue
+            if path is None:
                 raise ValueError(f"{data_dir} lacks {clip}, which a bundled style is made of: unpack its archive there")
-            if content:
-                takes = [take for take in files.get(found, ()) if take.name not in used]
-                result.setdefault(name, {})[content] = Reference(
-                    Motion.of_clip(load_clip(path)), Motion.of_clip(load_clip(takes[0])) if takes else None
-                )
+            takes = [take for take in files.get(found, ()) if take.name not in used]
+            result.setdefault(name, {})[content] = Reference(
+                Motion.of_clip(load_clip(path)), Motion.of_clip(load_clip(takes[0])) if takes else None
+            )
     return result
 
 
@@ -336,7 +339,7 @@ def summarize(rows: Sequence[dict], neutral: Motion) -> dict:
     """Over the styles of one movement: means; shares of all gaps together; how far differences between clips arrive
     (the slope of the drawn figure over the clip's); the median error of speed, cadence and stride; beside them what the
     neutral motion does."""
-    result = {name: _mean(measure_style[name] for measure_style in rows) for name in PER_STYLE}
+    result: dict[str, Any] = {name: _mean(measure_style[name] for measure_style in rows) for name in PER_STYLE}
     for name in ("mean_pose", "motion_amplitude"):
         result[name] = {
             group: {
@@ -403,9 +406,9 @@ def measure_switches(
         poses.append(session.step(Command((0.0, 1.0), style=on_all_parts(style), pace=True)).styled)
         tick()
     session.restart()
-    poses = Pose.stacked(poses)
-    places = poses.to_character(poses.positions - poses.root_position[:, None])
-    turns = rot.multiply(rot.inverse(rot.from_yaw(poses.root_facing))[:, None], poses.rotations)
+    drawn = Pose.stacked(poses)
+    places = drawn.to_character(drawn.positions - drawn.root_position[:, None])
+    turns = rot.multiply(rot.inverse(rot.from_yaw(drawn.root_facing))[:, None], drawn.rotations)
     turned = (
         np.degrees(rot.length(rot.to_rotation_vector(rot.multiply(turns[1:], rot.inverse(turns[:-1]))))[..., 0]) * FPS
     )

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Mapping
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from sim.io.atomic_write import atomic_write
 from sim.motion.clip import FPS
@@ -37,7 +38,7 @@ def save_strips(folder: Path, evaluation: LiveEvaluation) -> list[Path]:
     return paths
 
 
-def _strip(rows: Mapping[str, tuple[Motion, str, float]]):
+def _strip(rows: Mapping[str, tuple[Motion, str, float]]) -> Figure:
     """A row of poses for each named motion."""
     figure, panels = plt.subplots(len(rows), 1, figsize=(9, 1.9 * len(rows)), layout="constrained", squeeze=False)
     for axes, (name, (motion, color, seconds)) in zip(panels[:, 0], rows.items()):

@@ -40,12 +40,15 @@ TOP = 3
 class MotionClassifier(nn.Module):
     """Joint positions (B, SAMPLES, n 3) -> logits (B, labels)."""
 
+    mean: Tensor
+    deviation: Tensor
+
     def __init__(self, labels: Sequence[str], joints: np.ndarray) -> None:
         super().__init__()
         self.labels, self.joints = tuple(labels), joints
         widths = (3 * len(joints), WIDTH, WIDTH, WIDTH)
         self.convs = nn.ModuleList(
-            nn.Conv1d(*widths[i : i + 2], kernel, stride, kernel // 2)
+            nn.Conv1d(widths[i], widths[i + 1], kernel, stride, kernel // 2)
             for i, (kernel, stride) in enumerate(zip(KERNELS, STRIDES))
         )
         self.norms = nn.ModuleList(nn.BatchNorm1d(WIDTH) for _ in KERNELS)
@@ -88,7 +91,7 @@ class Panel:
     """Two classifiers of one kind, and how often each is right about the half of the labelled motion that it has not
     seen."""
 
-    classifiers: tuple[MotionClassifier, MotionClassifier]
+    classifiers: tuple[MotionClassifier, ...]
     held_out: float
 
     def ranks(self, features: np.ndarray) -> list[list[str]]:
@@ -97,7 +100,7 @@ class Panel:
         both = np.mean([classifier.probabilities(windows) for classifier in self.classifiers], axis=0)
         return [[self.classifiers[0].labels[i] for i in order] for order in (-both).argsort(axis=1)]
 
-    def share(self, features: np.ndarray, wanted: Sequence[str], top: int = 1) -> float:
+    def share(self, features: np.ndarray, wanted: Sequence[str | None], top: int = 1) -> float:
         """The share of a motion's windows in which a wanted label is among the `top` likeliest."""
         return float(np.mean([bool(set(names[:top]) & set(wanted)) for names in self.ranks(features)]))
 

@@ -3,11 +3,13 @@ right."""
 
 from functools import partial
 from pathlib import Path
-from typing import Mapping, Sequence
+from typing import Collection, Mapping
 
 import matplotlib
 import numpy as np
 import torch
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from sim.body.kinematics import to_local
 from sim.body.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT, expand_part
@@ -45,11 +47,11 @@ def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     serve."""
     paths = {name: bundled_styles.find_clip(data_dir, clips[0]) for name, (clips, _) in bundled_styles.CLIPS.items()}
     clips = {name: _middle(load_clip(path)) for name, path in paths.items() if path}
-    content = bundled_styles.find_clip(data_dir, CONTENT)
-    if len(clips) < 2 or not content:
+    content_path = bundled_styles.find_clip(data_dir, CONTENT)
+    if len(clips) < 2 or not content_path:
         raise ValueError(f"{data_dir} lacks {CONTENT} or the clips of the bundled styles: unpack the archives there")
     model, _ = checkpoint.load()
-    content = load_clip(content)
+    content = load_clip(content_path)
     encoded = {name: encode(model, style_windows(clip_features(clip))) for name, clip in clips.items()}
     drawings = {
         "content-only": lambda: draw_content_only(model, {"neutral": content, **clips}, encoded),
@@ -69,7 +71,7 @@ def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     return [folder / f"{name}.png" for name in drawings]
 
 
-def draw_strip(model: MotionPuzzle, content: Clip, style: Clip, features: StyleFeatures, name: str):
+def draw_strip(model: MotionPuzzle, content: Clip, style: Clip, features: StyleFeatures, name: str) -> Figure:
     """Neutral walk, style clip and output, a row each."""
     output = stylize(
         model, content, {part: ResolvedStyle(single_clip(features, clip_features(style))) for part in PART_NAMES}
@@ -77,7 +79,7 @@ def draw_strip(model: MotionPuzzle, content: Clip, style: Clip, features: StyleF
     return _rows({"neutral": (content, SOURCE), f"{name} (clip)": (style, TARGET), "output": (output, OUTPUT)})
 
 
-def draw_content_only(model: MotionPuzzle, clips: Mapping[str, Clip], encoded: Mapping[str, StyleFeatures]):
+def draw_content_only(model: MotionPuzzle, clips: Mapping[str, Clip], encoded: Mapping[str, StyleFeatures]) -> Figure:
     """What is left of content without a style of its own (Fig. 8): decoded in the mean of all styles."""
     names = [name for name in ("neutral", "marching", "hunched") if name in clips]
     rows = {}
@@ -97,17 +99,17 @@ def draw_content_only(model: MotionPuzzle, clips: Mapping[str, Clip], encoded: M
     return _rows(rows, step=STRIDE)
 
 
-def draw_interpolation(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures]):
+def draw_interpolation(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures]) -> Figure:
     """From one style to another in five steps (Fig. 12), whole body and arms alone."""
     first, other = _two(encoded)
-    encoded = {name: single_clip(encoded[name], clip_features(content)) for name in (first, other)}
+    styles = {name: single_clip(encoded[name], clip_features(content)) for name in (first, other)}
     figure, panels = plt.subplots(2, 5, figsize=(11, 5), layout="constrained")
     for row, group in zip(panels, ("all", "arms")):
         for axes, share in zip(row, np.linspace(0, 1, 5)):
             output = stylize(
                 model,
                 content,
-                {part: ResolvedStyle(encoded[first], 1.0, encoded[other], share) for part in expand_part(group)},
+                {part: ResolvedStyle(styles[first], 1.0, styles[other], share) for part in expand_part(group)},
             )
             touched = set(expand_part(group))
             _row(axes, output, OUTPUT, TOUCHED, touched if group != "all" else set(), count=2)
@@ -115,12 +117,17 @@ def draw_interpolation(model: MotionPuzzle, content: Clip, encoded: Mapping[str,
     return figure
 
 
-def draw_locality(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures], clips: Mapping[str, Clip]):
+def draw_locality(
+    model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures], clips: Mapping[str, Clip]
+) -> Figure:
     """One style on one part of the body at a time (Fig. 11), what is restyled in red."""
     _, name = _two(encoded)
     figure, panels = plt.subplots(2, 4, figsize=(14, 5.4), layout="constrained")
     features = single_clip(encoded[name], clip_features(clips[name]))
-    shown = [("source", content, SOURCE, set()), (f"{name} (clip)", clips[name], TARGET, set())]
+    shown: list[tuple[str, Clip, str, set[str]]] = [
+        ("source", content, SOURCE, set()),
+        (f"{name} (clip)", clips[name], TARGET, set()),
+    ]
     for group in (*PART_NAMES, "all"):
         touched = set(expand_part(group))
         output = stylize(model, content, {part: ResolvedStyle(features) for part in touched})
@@ -131,7 +138,7 @@ def draw_locality(model: MotionPuzzle, content: Clip, encoded: Mapping[str, Styl
     return figure
 
 
-def draw_attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip], part: str):
+def draw_attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip], part: str) -> Figure:
     """Which instants of the style each instant of the content looks at (Fig. 9), and the poses at the brightest
     places."""
     _, name = _two(clips)
@@ -181,7 +188,7 @@ def draw_attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip]
     return figure
 
 
-def _rows(clips: Mapping[str, tuple[Clip, str]], step: int = 1):
+def _rows(clips: Mapping[str, tuple[Clip, str]], step: int = 1) -> Figure:
     """A row of poses for each named clip and colour. step: frames are so many sixtieths of a second apart."""
     figure, panels = plt.subplots(len(clips), 1, figsize=(6.2, 1.75 * len(clips)), layout="constrained", squeeze=False)
     for axes, (name, (clip, color)) in zip(panels[:, 0], clips.items()):
@@ -191,14 +198,14 @@ def _rows(clips: Mapping[str, tuple[Clip, str]], step: int = 1):
 
 
 def _row(
-    axes,
+    axes: Axes,
     clip: Clip,
     color: str,
     touched_color: str = "",
-    touched: Sequence[str] = (),
+    touched: Collection[str] = (),
     count: int = POSES,
     step: int = 1,
-):
+) -> None:
     """`count` poses of SECONDS of a clip, side by side."""
     span = SECONDS * 60 / step * count / POSES
     first = min(int(START * len(clip)), max(0, len(clip) - int(span) - 1))
@@ -214,7 +221,9 @@ def _upright(clip: Clip) -> np.ndarray:
     return rot.rotate(rot.from_yaw(-root.facing)[:, None], clip.positions() - root.positions[:, None])
 
 
-def draw_pose(axes, joints: np.ndarray, at: float, color: str, touched_color: str, touched: Sequence[str]) -> None:
+def draw_pose(
+    axes: Axes, joints: np.ndarray, at: float, color: str, touched_color: str, touched: Collection[str]
+) -> None:
     """One pose (21, 3), drawn as capsules `at` metres to the right; limbs on the far side are paler."""
     seen = rot.rotate(rot.from_yaw(VIEW + np.pi), joints)
     depth = seen[:, 2]
@@ -236,7 +245,7 @@ def draw_pose(axes, joints: np.ndarray, at: float, color: str, touched_color: st
     )
 
 
-def finish_axes(axes) -> None:
+def finish_axes(axes: Axes) -> None:
     axes.axhline(0, color="#c9d0d6", lw=0.8, zorder=0)
     axes.set(aspect="equal", ylim=(-0.2, 1.9), xticks=[], yticks=[])
     for spine in axes.spines.values():

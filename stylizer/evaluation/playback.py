@@ -12,10 +12,9 @@ from sim.motion.clip import FPS, Clip
 from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.session import Session
 from sim.style_spec import PartLike, StyleSpec
-from stylizer.networks.normalization import Scaled
 from stylizer.runtime import catalogue
 from stylizer.runtime.live import LiveStylizer
-from stylizer.runtime.offline import to_pose
+from stylizer.runtime.offline import Network, to_pose
 from stylizer.styles.style_clips import StyleClips
 from stylizer.systems.registry import SYSTEMS, System
 
@@ -24,7 +23,7 @@ from stylizer.systems.registry import SYSTEMS, System
 class Styles:
     """As much of a style bank as the live stylizer needs: the network and styles by name, `live.OWN` among them."""
 
-    model: Scaled
+    model: Network
     styles: Mapping[str, StyleClips]
     controller: str | None = None  # whose motion the own style is: a clip's, not a controller's
 
@@ -53,7 +52,7 @@ def play_live(styles: Styles, content: Clip, style: Callable[[int], Mapping[str,
     """A clip (60 Hz, grounded) played as if the controller made it; style(frame) is what the parts are asked to show in
     each frame."""
     stylizer, latency = _Watched(catalogue.make_stylizer(styles)), Latency()
-    session = Session(_Player(content), stylizer, latency)
+    session = Session(_Player(content), stylizer, latency)  # type: ignore[type-var, arg-type]  # there is no crowd
     locked = [session.step(Command(style=style(frame))).styled for frame in range(len(content))]
     seconds = float(np.mean(latency.seconds["stylizer"]))
     return Playback(as_clip(stylizer.styled), as_clip(locked), seconds)

@@ -3,7 +3,7 @@ other (Sec. 7.2)."""
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable, Iterable
+from typing import Any, Callable, Iterable
 
 from sim.io.user_dirs import cache_folder
 from sim.torch_setup import set_up_torch
@@ -85,16 +85,16 @@ def evaluate_transfer(data_dir: Path, folder: Path | None = None, progress: Prog
                 "ms_per_frame": measure_milliseconds(transfer),
             }
         )
-    figures = Further(models[SHIPPED], data.generate).all(tick)
+    further = Further(models[SHIPPED], data.generate).all(tick)
     for mode in ("offline", "live"):
         transfer = Transfer(models[SHIPPED], mode)
-        figures[f"same_content_{mode}"] = measure_transfer(
+        further[f"same_content_{mode}"] = measure_transfer(
             transfer, data.generate, classifiers, SAME_CONTENT_SIZE, tick, same_content=True
         )
     if left_out:
-        figures[LEFT_OUT] = _unseen(left_out / f"{LEFT_OUT}.safetensors", data, classifiers, tick)
-    figures["real_where_unknown"] = measure_real_unknown(data, kept, cache_folder(), tick)
-    report = {"real": measure_real(data.generate, classifiers, REAL_SIZE), "rows": rows, "figures": figures}
+        further[LEFT_OUT] = _unseen(left_out / f"{LEFT_OUT}.safetensors", data, classifiers, tick)
+    further["real_where_unknown"] = measure_real_unknown(data, kept, cache_folder(), tick)
+    report = {"real": measure_real(data.generate, classifiers, REAL_SIZE), "rows": rows, "figures": further}
     wanted = dict.fromkeys([name for name, _, _ in ROWS] + [LEFT_OUT])
     there = {*found, *([LEFT_OUT] if left_out else [])}
     notes = [f"no weights for {name}: its row is left out" for name in wanted if name not in there]
@@ -112,8 +112,8 @@ def load_data_and_classifiers(data_dir: Path, tick: Callable[[], object]) -> tup
     a step."""
     set_up_torch()
     data = style_labels.load(data_dir, tick)
-    classifiers = (load_classifier(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style"))
-    return data, Classifiers(*classifiers, frozenset(shown_pairs(data.classify)))
+    content, style = (load_classifier(kind, data.classify, cache_folder(), tick=tick) for kind in ("content", "style"))
+    return data, Classifiers(content, style, frozenset(shown_pairs(data.classify)))
 
 
 def _unseen(path: Path, data: LabelledTakes, classifiers: Classifiers, tick: Callable[[], object]) -> dict:
@@ -127,7 +127,7 @@ def _unseen(path: Path, data: LabelledTakes, classifiers: Classifiers, tick: Cal
     return {"styles": sorted({take.style for take in targets}), "sra": figures["sra"], "cra": figures["cra"]}
 
 
-def round_figures(value):
+def round_figures(value: Any) -> Any:
     """Four significant digits of every number in a report."""
     if isinstance(value, dict):
         return {key: round_figures(item) for key, item in value.items()}

@@ -16,9 +16,9 @@ from stylizer.evaluation.classifier import Classifier
 from stylizer.evaluation.held_out_pairs import Pair
 from stylizer.evaluation.metrics import geodesic
 from stylizer.evaluation.playback import Styles, play_live
-from stylizer.networks.normalization import Scaled
 from stylizer.runtime.live import OWN
-from stylizer.runtime.offline import ResolvedStyle, apply_styled, encode_clip, evaluate
+from stylizer.runtime.offline import Network, ResolvedStyle, apply_styled, encode_clip, evaluate
+from stylizer.styles.style_clips import StyleClips
 
 TRIALS = 10
 WARM_UP = 40  # frames before the judged window: a live stream has reached its strength by then
@@ -44,9 +44,9 @@ class Transfer:
     """A network at work, the same way for both modes: (source clip, source take, target take) -> what the network
     gives, as features (frames, 21, 15), and the clip that is drawn, its feet in order."""
 
-    def __init__(self, model: Scaled, mode: str) -> None:
+    def __init__(self, model: Network, mode: str) -> None:
         self.model, self.mode, self.seconds, self.frames = model, mode, 0.0, 0
-        self.style = cache(lambda take: encode_clip(model, take.features, take.style))
+        self.style: Callable[[Take], StyleClips] = cache(lambda take: encode_clip(model, take.features, take.style))
 
     def __call__(self, content: Clip, source: Take, target: Take) -> tuple[np.ndarray, Clip]:
         own, style = self.style(source), self.style(target)
@@ -139,7 +139,7 @@ def _recognise(
     named_content, of_content = classifiers.content.names(motion)
     named_style, of_style = classifiers.style.names(motion)
     distances = {
-        name: None if reference is None else frechet_distance(features, real)
+        name: None if real is None else frechet_distance(features, real)
         for name, features, real in zip(("fmd", "style_fid"), (of_content, of_style), reference or (None, None))
     }
     right = {"sra": np.array(named_style) == style, "cra": np.array(named_content) == content}
@@ -190,7 +190,7 @@ def _summary(trials: Sequence[dict[str, float | None]]) -> Figures:
     """[mean, deviation] of every figure over the trials, None where it does not apply."""
     result: Figures = {}
     for name in FIGURES:
-        values = [trial[name] for trial in trials if trial.get(name) is not None]
+        values = [value for trial in trials if (value := trial.get(name)) is not None]
         result[name] = [float(np.mean(values)), float(np.std(values))] if values else None
     return result
 

@@ -50,7 +50,8 @@ def _joints() -> Graph:
 
 def _pooled(graph: Graph) -> Graph:
     """Consecutive vertices along a part's chain become one: 4 -> 2 -> 1, the spine 5 -> 2 -> 1 (Fig. 4)."""
-    groups, parts = [], []
+    groups: list[tuple[int, ...]] = []
+    parts: list[tuple[int, ...]] = []
     for part in graph.parts:
         runs = np.array_split(np.array(part), len(part) // 2)
         parts.append(tuple(range(len(groups), len(groups) + len(runs))))

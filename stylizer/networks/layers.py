@@ -4,7 +4,7 @@ With the vertex first, mixing over the graph is one matrix product, and with the
 reads memory in order: twice as fast on a CPU as (batch, channel, time, vertex).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import torch
 from torch import Tensor, nn
@@ -12,7 +12,14 @@ from torch.nn import functional as F
 
 from stylizer.networks.graph import Graph, pooling, unpooling
 
+M = TypeVar("M", bound=nn.Module)
 EPSILON = 1e-2  # added to variances: a standing body hardly varies, and its noise must not be blown up
+
+
+def of_kind(kind: type[M], module: object) -> M:
+    """The module, which is one of that kind: what torch keeps in its containers has no type."""
+    assert isinstance(module, kind)
+    return module
 
 
 def moments(x: Tensor, dims: tuple[int, ...]) -> tuple[Tensor, Tensor]:
@@ -33,14 +40,14 @@ class _SumOfTaps(torch.autograd.Function):
     Written out because the library's own way back through such slices copies the whole array once a tap."""
 
     @staticmethod
-    def forward(ctx, x: Tensor) -> Tensor:
+    def forward(ctx: Any, x: Tensor) -> Tensor:
         ctx.taps = x.shape[3]
         padded = F.pad(x, (0, 0, 0, 0, ctx.taps // 2, ctx.taps // 2))
         by_part, by_batch, by_time, by_tap, by_channel = padded.stride()
         return padded.as_strided(x.shape, (by_part, by_batch, by_time, by_time + by_tap, by_channel)).sum(dim=3)
 
     @staticmethod
-    def backward(ctx, gradient: Tensor) -> Tensor:
+    def backward(ctx: Any, gradient: Tensor) -> Tensor:
         half, time = ctx.taps // 2, gradient.shape[2]
         padded = F.pad(gradient, (0, 0, half, half))
         return torch.stack([padded[:, :, 2 * half - k : 2 * half - k + time] for k in range(ctx.taps)], dim=3)
@@ -52,6 +59,8 @@ class STConv(nn.Module):
     Neighbours are averaged first; then one matrix product makes what every sample gives to each of its neighbours in
     time, and these are summed. On a CPU that is two to four times as quick as the library's convolution, in training
     too."""
+
+    matrix: Tensor
 
     def __init__(self, graph: Graph, channels_in: int, channels_out: int, distance: int, taps: int) -> None:
         super().__init__()
@@ -88,6 +97,8 @@ class JointLinear(nn.Module):
 class Pool(nn.Module):
     """Part-preserving pooling: vertices along the chain and pairs of samples are averaged."""
 
+    matrix: Tensor
+
     def __init__(self, fine: Graph, coarse: Graph) -> None:
         super().__init__()
         self.register_buffer("matrix", torch.from_numpy(pooling(fine, coarse)), persistent=False)
@@ -102,6 +113,8 @@ class Pool(nn.Module):
 class Unpool(nn.Module):
     """The way back: each vertex and each sample is repeated for those it was pooled from."""
 
+    source: Tensor
+
     def __init__(self, coarse: Graph, fine: Graph) -> None:
         super().__init__()
         self.register_buffer("source", torch.from_numpy(unpooling(coarse, fine)).argmax(dim=1), persistent=False)
@@ -113,6 +126,10 @@ class Unpool(nn.Module):
 
 class Parts(nn.Module):
     """Groups the vertices of a graph by body part and back. Parts of different length are filled up and masked."""
+
+    table: Tensor
+    mask: Tensor
+    back: Tensor
 
     def __init__(self, graph: Graph) -> None:
         super().__init__()

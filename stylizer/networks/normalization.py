@@ -1,6 +1,8 @@
 """What all style-transfer networks share: their configuration, and the statistics that scale motion features for
 them."""
 
+from typing import Any
+
 import numpy as np
 import torch
 from torch import Tensor, nn
@@ -13,9 +15,12 @@ class Scaled(nn.Module):
     """A network with its configuration (a dataclass) and the mean and deviation of the features of
     `sim.motion.features`."""
 
+    KIND: str  # what the header of its weight files calls it
     NOISE = 0  # standard normal numbers that a style by chance is made of; 0: styles come from clips only
+    mean: Tensor
+    deviation: Tensor
 
-    def __init__(self, config) -> None:
+    def __init__(self, config: Any) -> None:
         super().__init__()
         self.config = config
         self.register_buffer("mean", torch.zeros(JOINT_COUNT, 1, 1, FEATURES))

@@ -5,10 +5,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from stylizer.networks.layers import BlockFeatures
+from stylizer.networks.layers import BlockFeatures, of_kind
 from stylizer.styles.encoding import TOKEN_WINDOWS
 from stylizer.styles.style_clips import WINDOW
-from stylizer.systems.motion_puzzle.model import MotionPuzzle
+from stylizer.systems.motion_puzzle.model import BPStyleNet, MotionPuzzle
 
 LEVEL = 2  # the finest graph with attention: two vertices a part, 15 samples a second
 
@@ -20,7 +20,7 @@ def attention_map(model: MotionPuzzle, motion: Tensor, style: dict[int, BlockFea
     motion: normalized, (21, 1, T, 15); style: of every part, as the decoder wants it; part: its place in PART_NAMES.
     Gives (T / 2, samples of the style's windows, one after the other). Raises ValueError for a model without
     attention."""
-    layer = model.decoder.blocks[str(LEVEL)].attention
+    layer = of_kind(BPStyleNet, model.decoder.blocks[str(LEVEL)]).attention
     if layer is None:
         raise ValueError("these stylizer weights were trained without attention")
     seen = []

@@ -1,5 +1,7 @@
 """The stylizers by name: which weights there are, and the bank and the live stylizer that go with them."""
 
+from typing import Any
+
 from sim.torch_setup import set_up_torch
 from stylizer.runtime.live import LiveStylizer
 from stylizer.styles.bank import StyleBank
@@ -25,7 +27,7 @@ def load_bank(name: str | None = None) -> StyleBank:
     return CodeBank(name)
 
 
-def make_stylizer(load_bank) -> LiveStylizer:
+def make_stylizer(load_bank: Any) -> LiveStylizer:
     """The live stylizer of a bank, or of what is as much of one as it needs (stylizer.evaluation.playback.Styles)."""
     if load_bank.system.by_part:
         return LiveStylizer(load_bank)

@@ -1,7 +1,7 @@
 """What a style does to the root motion, for a whole clip: the velocity warp of Aberman et al. 2020 (Eq. 2), and
 the global motion that a network reads from the local one (Guo et al. 2024, Sec. 3.2.3)."""
 
-from typing import Mapping, Sequence
+from typing import TYPE_CHECKING, Mapping, Sequence
 
 import numpy as np
 import torch
@@ -12,8 +12,13 @@ from sim.motion.clip import FPS, Clip, root_frame
 from sim.motion.features import clip_features
 from sim.style_spec import PartLike, PartSpec, StyleSpec
 from stylizer.runtime.overlap import evaluate_overlapping
+from stylizer.styles.bank import StyleBank
+from stylizer.styles.code_bank import CodeBank
 from stylizer.systems.registry import GlobalMotion
-from stylizer.systems.whole_body import WholeBody, velocity_factor
+from stylizer.systems.whole_body import velocity_factor
+
+if TYPE_CHECKING:  # a system's file is imported when the system is wanted
+    from stylizer.systems.latent import Latent
 
 SLOWEST, QUICKEST = 0.5, 2.0  # factors of a warp beyond which a style says nothing of the content's pace
 
@@ -24,7 +29,7 @@ def warp_time(styled: Clip, content: np.ndarray, styles: Sequence[float]) -> Cli
     return styled.paced(float(np.clip(np.mean(styles) / max(velocity_factor(content), 1e-6), SLOWEST, QUICKEST)))
 
 
-def follow_predicted_root(model: WholeBody, styled: Clip) -> Clip:
+def follow_predicted_root(model: "Latent", styled: Clip) -> Clip:
     """The clip at the root velocity that the network predicts from its local motion."""
 
     @torch.inference_mode()
@@ -50,7 +55,7 @@ def follow_predicted_root(model: WholeBody, styled: Clip) -> Clip:
     return Clip(hips, rotations, styled.fps, styled.name)
 
 
-def change_global_motion(bank, styled: Clip, content: Clip, style: Mapping[str, PartLike]) -> Clip:
+def change_global_motion(bank: StyleBank, styled: Clip, content: Clip, style: Mapping[str, PartLike]) -> Clip:
     """The restyled clip with the style's own global motion, as the bank's system has it: the velocity warp of
     `unpaired`, or the way that a network reads. style: names or paths of clips, as
     `offline.resolve_styles` takes them.
@@ -63,12 +68,13 @@ def change_global_motion(bank, styled: Clip, content: Clip, style: Mapping[str, 
         )
     if does == GlobalMotion.PREDICTED:
         return follow_predicted_root(bank.model, styled)
+    assert isinstance(bank, CodeBank)  # whose system warps the time
     features, spec = clip_features(content), StyleSpec.of(style)
     own = velocity_factor(features)
     return warp_time(styled, features, [_speed(bank, spec.get(part), own) for part in PART_NAMES])
 
 
-def _speed(bank, spec: PartSpec | None, own: float) -> float:
+def _speed(bank: CodeBank, spec: PartSpec | None, own: float) -> float:
     """V of a part's style at its strength; own: the content's."""
     if spec is None:
         return own

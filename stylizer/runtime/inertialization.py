@@ -39,7 +39,8 @@ class Inertializer:
             for state, fresh in zip(self.offset, (offset, self._rate, 0.0 * offset)):
                 np.copyto(state, fresh, where=jumping[..., None])
         if self.offset.any():
-            self.offset = np.array(soft_spring_step(*self.offset, 0.0, HALFLIFE, DT))
+            where, rate, change = self.offset
+            self.offset = np.array(soft_spring_step(where, rate, change, 0.0, HALFLIFE, DT))
             if np.abs(self.offset).max() < SETTLED:
                 self.offset[:] = 0.0
             offset = self.offset[0]

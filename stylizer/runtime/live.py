@@ -6,7 +6,7 @@ network's noise is damped."""
 
 from itertools import groupby
 from pathlib import Path
-from typing import Callable, Iterable, Sequence
+from typing import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 import torch
@@ -18,6 +18,7 @@ from sim.math import rotations as rot
 from sim.math.springs import lag, spring_step
 from sim.motion.clip import FPS, Clip
 from sim.motion.features import FEATURES, LAYOUT, STRIDE
+from sim.protocols import Stylizer
 from sim.style_spec import StyleSpec
 from sim.torch_setup import set_up_torch
 from stylizer.runtime.attention import attention_map
@@ -97,6 +98,10 @@ class LiveStylizer:
         name = self.bank.free_name(paths[0])
         return name, self.bank.add(name, *paths).clip
 
+    def movements(self, style: str) -> tuple[str, ...]:
+        """What the clips of a style show."""
+        return self.bank[style].gait.movements
+
     def restart(self) -> None:
         """Back to before the first step: every part has its own style."""
         count = int(np.prod(self._leading))
@@ -122,7 +127,7 @@ class LiveStylizer:
         """window: features (..., 16, 21, 15) ending with `neutral`; style: what the parts are asked to show, of a
         crowd one for each; travel: (...) how many times as fast as the window says the body really goes, for the styles
         are those of a body that goes so fast. Raises ValueError for a style that the bank does not hold."""
-        styles = [StyleSpec.of(each) for each in (style if self._leading else (style,))]
+        styles = [StyleSpec.of(each) for each in ([style] if isinstance(style, Mapping) else style)]
         for name in {name for each in styles for name in each.names}:
             self.bank[name]
         switching = self._together(mixer.step(each) for mixer, each in zip(self.mixers, styles, strict=True))
@@ -177,9 +182,10 @@ class LiveStylizer:
             self._paces[key] = self.bank[name], pace
         return self._paces[key][1]
 
-    def transfer_state(self, other: "LiveStylizer") -> None:
+    def transfer_state(self, other: Stylizer) -> None:
         """Goes on from another stylizer's last step: strengths are kept, and the pose is inertialized from its
         styles to ours. A part whose style we do not have fades to its own."""
+        assert isinstance(other, LiveStylizer)
         self.bank.refresh()
         self.restart()
         self.mixers, self.inertializer, self.frame = other.mixers, other.inertializer, other.frame
@@ -323,8 +329,8 @@ class LiveStylizer:
         their own. A pose changes so steadily that its own velocity predicts what is to come."""
         newest = windows[:, -1]
         coming = newest + lag(self.SMOOTHING) * FPS / STRIDE / STEADY * (newest - windows[:, -1 - STEADY])
-        ways, styles = self._root_velocities(windows, ones), self._styles(ones, which)
-        return np.stack(self._network.key_poses(coming, *ways, *styles), axis=1)
+        velocities, own_velocities = self._root_velocities(windows, ones)
+        return np.stack(self._network.key_poses(coming, velocities, own_velocities, *self._styles(ones, which)), axis=1)
 
     def _root_velocities(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
         """(2, n, 3) of these characters' bodies, and of the neutral motion that they make it from."""

@@ -18,7 +18,6 @@ from sim.motion.contacts import foot_contacts
 from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features
 from sim.retarget.retarget import load_clip
 from sim.style_spec import PartLike, StyleSpec
-from stylizer.networks.normalization import Scaled
 from stylizer.runtime.overlap import evaluate_overlapping
 from stylizer.runtime.pose_delta import (
     ARM_PARTS,
@@ -43,6 +42,7 @@ FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs a
 SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
 # windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
 FEW, MANY = 3, 12
+Network = MotionPuzzle | WholeBody
 
 
 class ResolvedStyle(NamedTuple):
@@ -61,7 +61,7 @@ def resolve_styles(bank: StyleBank, style: Mapping[str, PartLike]) -> dict[str, 
     spec = StyleSpec.of(style)
     styles = {name: _style(bank, name) for name in spec.names}
     return {
-        part: ResolvedStyle(styles[each.name], each.strength, each.other and styles[each.other], each.share)
+        part: ResolvedStyle(styles[each.name], each.strength, styles[each.other] if each.other else None, each.share)
         for part, each in spec.items()
     }
 
@@ -72,7 +72,7 @@ def _style(bank: StyleBank, name: str) -> StyleClips:
     return encode_clip(bank.model, clip_features(load_clip(name)))
 
 
-def stylize(model: Scaled, content: Clip, style: Mapping[str, ResolvedStyle]) -> Clip:
+def stylize(model: Network, content: Clip, style: Mapping[str, ResolvedStyle]) -> Clip:
     """The clip (60 Hz, grounded) with the parts of `style` restyled; all others, and strength 0, are as they were.
 
     Raises ValueError for a clip of a few frames."""
@@ -92,18 +92,17 @@ def apply_styled(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Cl
     delta = unwrap_frames(pose_delta(styled, clip_features(content))) * delta_weights(strengths)
     delta = gaussian_filter1d(delta, SMOOTHING, axis=0, mode="nearest")
     before = to_pose(content)
-    styled = preserve_hands(
+    pose = preserve_hands(
         apply_delta(before, rotations_of_delta(delta), delta[..., -1, :]), before, strengths[ARM_PARTS]
     )
     to_floor = (
-        gaussian_filter1d(foot_height_error(styled, before), FLOOR_SMOOTHING, mode="nearest")
-        * strengths[LEG_PARTS].min()
+        gaussian_filter1d(foot_height_error(pose, before), FLOOR_SMOOTHING, mode="nearest") * strengths[LEG_PARTS].min()
     )
-    after = clean_feet(raise_feet(styled, to_floor) if to_floor.any() else styled, before)
+    after = clean_feet(raise_feet(pose, to_floor) if to_floor.any() else pose, before)
     return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
 
 
-def evaluate(model: Scaled, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
+def evaluate(model: Network, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
     """The network's own output (frames, 21, 15) for the content's features, before anything is put in order."""
     if isinstance(model, WholeBody):
         return evaluate_whole_body(model, features, style)
@@ -120,19 +119,19 @@ def evaluate_whole_body(model: WholeBody, features: np.ndarray, style: Mapping[s
 
     parts = [style.get(part) for part in PART_NAMES]
     keys = [part and (id(part.style), id(part.other), part.share) for part in parts]
-    by_key = {key: code(part) for key, part in zip(keys, parts) if part}
-    styled = {
-        key: evaluate_overlapping(
-            features,
-            model.config.window,
-            lambda windows, code=code: stylize_windows(model, windows, code.expand(len(windows), -1))[None],
-        )[0]
-        for key, code in by_key.items()
-    }
+    by_key = {key: code(part) for key, part in zip(keys, parts) if key and part}
+
+    def answer(code: torch.Tensor) -> np.ndarray:
+        def restyle(windows: np.ndarray) -> np.ndarray:
+            return stylize_windows(model, windows, code.expand(len(windows), -1))[None]
+
+        return evaluate_overlapping(features, model.config.window, restyle)[0]
+
+    styled = {key: answer(code) for key, code in by_key.items()}
     return combine_joints(features, styled, joints_by_code(keys))
 
 
-def encode_clip(model: Scaled, features: np.ndarray, label: str | None = None) -> StyleClips:
+def encode_clip(model: Network, features: np.ndarray, label: str | None = None) -> StyleClips:
     """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated. label: its
     domain, for a whole-body system that knows it."""
     count = FEW if len(features) < MANY * SHORTEST else MANY
@@ -163,10 +162,9 @@ def evaluate_by_part(model: MotionPuzzle, features: np.ndarray, style: Mapping[s
     def restyle(windows: np.ndarray) -> np.ndarray:
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
         both = combine_parts(own, style, windows[:, :, 0, LAYOUT["root"]].mean(axis=1))
-        styled, rebuilt = (
-            None if output is None else model.restore(output).double().numpy() for output in model(motion, *both)
-        )
-        return (styled if rebuilt is None else windows + (styled - rebuilt))[None]
+        styled, rebuilt = model(motion, *both)
+        result = model.restore(styled).double().numpy()
+        return (result if rebuilt is None else windows + (result - model.restore(rebuilt).double().numpy()))[None]
 
     return evaluate_overlapping(features, WINDOW, restyle)[0]
 

@@ -21,16 +21,18 @@ def evaluate_overlapping(
     padded = np.concatenate([features, features[-1:].repeat(max(span + 2 - frames, 0), axis=0)])
     last = len(padded) - 1 - span
     starts = np.unique([0, 1, *range(0, last, HOP), last - 1, last])
-    total, weights = 0.0, np.zeros((len(padded), 1, 1))
+    total: np.ndarray | None = None
+    weights = np.zeros((len(padded), 1, 1))
     taper = np.hanning(samples + 2)[1:-1, None, None]
     for some in np.array_split(starts, -(-len(starts) // BATCH)):
         seen = some[:, None] + STRIDE * np.arange(samples)
         motions = evaluate(padded[seen])
-        if np.isscalar(total):
+        if total is None:
             total = np.zeros((len(motions), len(padded), *motions.shape[3:]))
         for motion, output in zip(total, motions):
             for at, window in zip(seen, output):
                 motion[at] += window * taper
         for at in seen:
             weights[at] += taper
+    assert total is not None  # a clip has a window
     return (total / weights)[:, :frames]

@@ -1,7 +1,7 @@
 """The active styles of one character's body parts: strengths and shares on their way; and when the network is to be
 evaluated."""
 
-from typing import Collection
+from typing import Collection, final
 
 import numpy as np
 
@@ -127,6 +127,7 @@ class StyleMixer:
         return result
 
 
+@final
 class _Part:
     """The active style of one body part: the style, the other one it is blended with (itself if none), share and
     strength on their way to the wanted ones, and how far it is not the own style."""

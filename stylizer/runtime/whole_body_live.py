@@ -2,7 +2,7 @@
 buffer's past."""
 
 from collections import deque
-from typing import Sequence
+from typing import TYPE_CHECKING, Sequence
 
 import numpy as np
 import torch
@@ -15,6 +15,9 @@ from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.systems.whole_body import combine_joints, joints_by_code, stylize_windows
 
+if TYPE_CHECKING:
+    from stylizer.styles.code_bank import CodeBank
+
 
 class WholeBodyStylizer(LiveStylizer):
     """Windowed inference: these systems look ahead as well as back, so each output is the last sample of a window that
@@ -25,6 +28,7 @@ class WholeBodyStylizer(LiveStylizer):
     SMOOTHING = 0.05  # seconds; nothing says to these systems what is to come, so they must not lag far behind
     BLENDS = False  # codes are blended instead
     PERIOD = 2  # frames: as the samples of their windows lie
+    bank: "CodeBank"
 
     def _prepare(self) -> None:
         """Codes are all that these systems need, and the bank has them."""
@@ -32,8 +36,10 @@ class WholeBodyStylizer(LiveStylizer):
     def restart(self) -> None:
         super().restart()
         model = self.bank.model
-        span = (model.config.window - model.LOOK_AHEAD - 1) * STRIDE + 1
-        self._past: deque[np.ndarray] = deque(maxlen=span)  # features (..., 21, 15) of the last frames, the newest last
+        self._span = (model.config.window - model.LOOK_AHEAD - 1) * STRIDE + 1
+        self._past: deque[np.ndarray] = deque(
+            maxlen=self._span
+        )  # features (..., 21, 15) of the last frames, the newest last
 
     def step(
         self,
@@ -44,7 +50,7 @@ class WholeBodyStylizer(LiveStylizer):
     ) -> Pose:
         samples = np.moveaxis(window, -3, 0)
         if not self._past:  # what the ring buffer has, and before that its oldest pose
-            self._past.extend(samples[:1].repeat(self._past.maxlen, axis=0))
+            self._past.extend(samples[:1].repeat(self._span, axis=0))
             self._past.extend(samples[:-1].repeat(STRIDE, axis=0))
         self._past.append(samples[-1])
         return super().step(window, neutral, style, travel)

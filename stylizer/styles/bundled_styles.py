@@ -4,6 +4,8 @@ from functools import cache
 from pathlib import Path
 from typing import Sequence
 
+import numpy as np
+
 from sim.motion.features import clip_features
 from sim.retarget.retarget import load_clip
 from stylizer.styles import own_style
@@ -114,7 +116,7 @@ def movements_of(data_dir: Path, clips: Sequence[str]) -> list[Movement]:
     return [movement for path in paths if path for movement in movements_in(trim_ends(clip_features(load_clip(path))))]
 
 
-def trim_ends(features):
+def trim_ends(features: np.ndarray) -> np.ndarray:
     """A clip's features (frames, 21, 15) without MARGIN of them at either end."""
     margin = int(len(features) * MARGIN)
     return features[margin : len(features) - margin]

@@ -17,7 +17,7 @@ from stylizer.data.domains import label_of
 from stylizer.styles.bank import BUNDLED, StyleBank
 from stylizer.styles.bundled_styles import CLIPS, find_clip, trim_ends
 from stylizer.styles.own_style import OWN
-from stylizer.styles.style_clips import Gait, StyleClips, movements_in, no_cycles, style_windows
+from stylizer.styles.style_clips import Gait, Movement, StyleClips, movements_in, no_cycles, style_windows
 from stylizer.styles.style_file import (
     gait_from,
     gait_tensors,
@@ -48,7 +48,8 @@ def build_codes(network: str, weights_folder: Path, data_dir: Path, out_dir: Pat
     for name, (clips, licence) in CLIPS.items():
         if find_clip(data_dir, clips[0]) is None:
             continue
-        movements, labels = [], []
+        movements: list[Movement] = []
+        labels: list[str | None] = []
         for clip in clips:
             if path := find_clip(data_dir, clip):
                 found = movements_in(trim_ends(clip_features(load_clip(path))))

@@ -11,6 +11,7 @@ from sim.motion.gait import cycle_at
 from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.style_clips import BODY, Gait, OwnMotion, StyleClips
 from stylizer.systems.motion_puzzle.config import KEY_POSES
+from stylizer.systems.motion_puzzle.key_poses import KeyPoses
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.motion_puzzle.style_tensors import cat_batch
 
@@ -55,12 +56,13 @@ def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> Style
     key_poses = []
     for place, (name, cycle) in enumerate(zip(style.gait.movements, style.gait.cycles)):
         clip = BlockFeatures(*(t[:, place : place + 1] for t in style.features[KEY_POSES]))
-        key_poses.append(_refine(model, clip, cycle, *strides[name]) if cycle.any() and strides[name] else clip)
+        told = strides[name] if cycle.any() else None
+        key_poses.append(_refine(model, clip, cycle, *told) if told else clip)
     fitted = cat_batch([{KEY_POSES: clip} for clip in key_poses])[KEY_POSES]
-    return StyleClips(style.features | {KEY_POSES: _reconcile_clips(model, fitted, style.gait)}, style.gait)
+    return StyleClips(style.features | {KEY_POSES: _reconcile_clips(model.key_poses, fitted, style.gait)}, style.gait)
 
 
-def _reconcile_clips(model: MotionPuzzle, style: BlockFeatures, gait: Gait) -> BlockFeatures:
+def _reconcile_clips(key_poses: KeyPoses, style: BlockFeatures, gait: Gait) -> BlockFeatures:
     """Key poses of n clips in which clips that show one movement hold every joint alike enough to be interpolated: a
     joint that they hold in turns far apart, as who dances with the arms does, is taken from the first of them in
     all."""
@@ -69,7 +71,7 @@ def _reconcile_clips(model: MotionPuzzle, style: BlockFeatures, gait: Gait) -> B
         halfway = gait.cycles[[first, place], 0][..., LAYOUT["rotation"]].mean(axis=0)
         joints = rot.length(rot.cross(halfway[:, :3], halfway[:, 3:]))[:, 0] < FAR_APART
         if first < place and joints.any() and gait.cycles[place].any():
-            style = model.key_poses.take_joints(style, place, first, torch.from_numpy(joints))
+            style = key_poses.take_joints(style, place, first, torch.from_numpy(joints))
     return style
 
 
@@ -77,6 +79,7 @@ def _reconcile_clips(model: MotionPuzzle, style: BlockFeatures, gait: Gait) -> B
 def _own_strides(model: MotionPuzzle, movement: str, own: OwnMotion) -> tuple[torch.Tensor, np.ndarray] | None:
     """Of the controller's motion of one kind: which moments (5, 1, T, prototypes) it passes through, and at which
     stride phases (T,). None where it makes no strides of that kind."""
+    assert model.key_poses
     moments, phases = [], []
     for name, windows, phase in zip(own.gait.movements, own.windows, own.phases):
         if name.replace("_", " ").startswith(movement) and np.isfinite(phase).all():
@@ -92,6 +95,7 @@ def _refine(
 ) -> BlockFeatures:
     """Key poses that give a style's cycle (coefficients, 21, 12) back where the controller's moments (5, 1, T,
     prototypes) pass at stride phases (T,): in a live session the moments are the controller's, not the clip's own."""
+    assert model.key_poses
     poses = torch.from_numpy(cycle_at(cycle, phases).astype(np.float32))[None]
     mean, deviation = (values[..., BODY] for values in (model.mean, model.deviation))
     return model.key_poses.refit(style, moments, (poses.permute(2, 0, 1, 3) - mean) / deviation)

@@ -4,6 +4,7 @@ What becomes of them is what E_S^2D of Aberman et al. 2020 reads: POINTS of `sty
 the hips."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -98,14 +99,15 @@ def follow_person(frames: list[list[np.ndarray]]) -> np.ndarray:
             if not sizes
             else "the key points change their order on the way: give one of BODY_25 and COCO for all frames"
         )
-    result, last = np.zeros((len(frames), sizes.pop(), 3)), None
+    result = np.zeros((len(frames), sizes.pop(), 3))
+    last: np.ndarray | None = None
     for frame, persons in enumerate(frames):
         if not persons:
             continue
         if last is None:
             chosen = max(persons, key=lambda person: person[:, 2].sum())
         else:
-            chosen = min(persons, key=lambda person: distance(person, last))
+            chosen = min(persons, key=partial(distance, last))
         result[frame] = chosen
         last = np.where(chosen[:, 2:] > RELIABLE, chosen, last if last is not None else chosen)
     return result

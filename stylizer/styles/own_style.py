@@ -18,7 +18,7 @@ from sim.motion.clip import FPS
 from sim.motion.features import STRIDE, features_from
 from sim.motion.gait import stride_phase
 from sim.motion.thresholds import STYLE_WALK_OR_RUN
-from sim.session import Controller
+from sim.protocols import Controller
 from stylizer.styles import style_file
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion
@@ -72,9 +72,10 @@ def capture(controller: Controller, scripts: Sequence[Script], seconds: float = 
     crowd = controller.crowd(len(scripts))
     frames = round((SETTLE_SECONDS + seconds) * FPS) + STRIDE
     poses = [crowd.step(Commands([script(frame) for script in scripts])) for frame in range(frames)]
-    poses = Pose.stacked(poses[SETTLE_SECONDS * FPS :])
+    all_poses = Pose.stacked(poses[SETTLE_SECONDS * FPS :])
     fields = (
-        np.moveaxis(value, 1, 0) for value in (poses.positions, poses.rotations, poses.root_position, poses.root_facing)
+        np.moveaxis(np.asarray(value), 1, 0)
+        for value in (all_poses.positions, all_poses.rotations, all_poses.root_position, all_poses.root_facing)
     )
     return np.array([features_from(*one) for one in zip(*fields)])
 

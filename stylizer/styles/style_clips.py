@@ -3,7 +3,7 @@ velocity."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Sequence
+from typing import Any, NamedTuple, Sequence
 
 import numpy as np
 import torch
@@ -195,15 +195,19 @@ class OwnMotion(NamedTuple):
     controller: str
 
 
+# What a style is encoded to: StyleFeatures, or, for a whole-body system, a Tensor. Each system meets only its own kind.
+Encoded = Any
+
+
 @dataclass(frozen=True)
 class StyleClips:
     """The features of a style: of n clips along the batch axis, or a whole-body system's codes (n, C); and what `gait`
     says."""
 
-    features: StyleFeatures | Tensor
+    features: Encoded
     gait: Gait
 
-    def at(self, root_velocity: np.ndarray) -> StyleFeatures | Tensor:
+    def at(self, root_velocity: np.ndarray) -> Encoded:
         """The style for contents that move at root velocities (B, 3), as a batch of B, or (3,), as a batch of 1; a code
         (B, C) or (C,)."""
         weights = torch.from_numpy(self.gait.weights(root_velocity).astype(np.float32))
@@ -261,7 +265,7 @@ class StyleClips:
         return result
 
 
-def single_clip(features: StyleFeatures | Tensor, motion: np.ndarray) -> StyleClips:
+def single_clip(features: Encoded, motion: np.ndarray) -> StyleClips:
     """A style of one clip, encoded to features (a batch of 1, or a code (C,)), whose motion is features (frames, 21,
     15)."""
     gait = Gait(("clip",), _root_velocity(motion)[None], np.zeros(1), np.zeros(1), no_cycles(1), None)

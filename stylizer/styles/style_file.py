@@ -68,7 +68,8 @@ def gait_from(tensors: dict[str, torch.Tensor], movements: Sequence[str], prefix
     if (kept := tensors.get(prefix + "residual")) is not None:
         residual = np.zeros((len(kept), JOINT_COUNT, 3))
         residual[:, RESIDUAL_JOINTS] = kept.double().numpy()
-    return Gait(tuple(movements), *(tensors[prefix + key].double().numpy() for key in GAIT_NUMBERS), residual)
+    numbers = {key: tensors[prefix + key].double().numpy() for key in GAIT_NUMBERS}
+    return Gait(tuple(movements), **numbers, residual=residual)
 
 
 def read_windows(tensors: dict[str, torch.Tensor]) -> list[np.ndarray]:

@@ -20,7 +20,7 @@ class Adversarial(nn.Module):
         """The phases of a step and how far training is in them."""
         return self.PHASES, progress
 
-    def forward(self, phase: str, x: DomainBatch, step: int) -> dict[str, Tensor]:
+    def forward(self, phase: str, x: DomainBatch[Tensor], step: int) -> dict[str, Tensor]:
         """The phase's terms of one batch."""
         return getattr(self, f"{phase}_losses")(x, step)
 

@@ -3,6 +3,7 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -38,8 +39,8 @@ def save(model: Scaled, path: Path, **origin: str) -> None:
     tensor_file.write(path, arrays, header)
 
 
-def load(name: str = SLIM, folder: Path | None = None) -> tuple[Scaled, str]:
-    """The network ready to run and the fingerprint of its weight file.
+def load(name: str = SLIM, folder: Path | None = None) -> tuple[Any, str]:
+    """The network ready to run, of the class that `System.load_class` gives, and the fingerprint of its weight file.
 
     Raises ValueError where the file is missing or made for something else."""
     path = _path(name, folder)

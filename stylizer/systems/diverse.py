@@ -190,6 +190,9 @@ class Objective(Adversarial):
     scheme this is, Eq. 7's generator side is the non-saturating one, and the discriminator's slope at real motion is
     held low."""
 
+    system: Diverse
+    discriminator: DomainEncoder
+
     def __init__(self, config: Config) -> None:
         super().__init__(Diverse(config), DomainEncoder(config, 1))
 
@@ -202,14 +205,15 @@ class Objective(Adversarial):
             "generator": [(rest, 1.0), (mapping, MAPPING_RATE)],
         }
 
-    def two_codes(self, x: DomainBatch, step: int) -> tuple[Tensor, Tensor]:
+    def two_codes(self, x: DomainBatch[Tensor], step: int) -> tuple[Tensor, Tensor]:
         """s_1, s_2 of the target's domain: of two noises, or of two reference motions."""
         model, n = self.system, self.system.config.noise
         if step % 2:
             return model.encode(x.target, x.target_domain), model.encode(x.target_kin, x.target_domain)
-        return tuple(model.code_from_noise(z, x.target_domain) for z in (x.noise[:, :n], x.noise[:, n : 2 * n]))
+        first, second = (model.code_from_noise(z, x.target_domain) for z in (x.noise[:, :n], x.noise[:, n : 2 * n]))
+        return first, second
 
-    def discriminator_losses(self, x: DomainBatch, step: int) -> dict[str, Tensor]:
+    def discriminator_losses(self, x: DomainBatch[Tensor], step: int) -> dict[str, Tensor]:
         """D's side of Eq. 7."""
         with torch.no_grad():
             fake = self.system.stylize(x.source, self.two_codes(x, step)[0])
@@ -224,7 +228,7 @@ class Objective(Adversarial):
             terms["slope"] = slope_penalty(score, real)
         return terms
 
-    def generator_losses(self, x: DomainBatch, step: int) -> dict[str, Tensor]:
+    def generator_losses(self, x: DomainBatch[Tensor], step: int) -> dict[str, Tensor]:
         """G's, E's and F's side of Eq. 7, and Eq. 8 to 11."""
         model, motion = self.system, x.source[..., POSE_CHANNELS]
         first, second = self.two_codes(x, step)

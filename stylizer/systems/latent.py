@@ -256,7 +256,8 @@ class Objective(nn.Module):
 
     def learned(self) -> dict[str, list[tuple[list[nn.Parameter], float]]]:
         """What each stage changes, and how quickly."""
-        first, second = [], []
+        first: list[nn.Parameter] = []
+        second: list[nn.Parameter] = []
         for name, parameter in self.system.named_parameters():
             (first if name.startswith(("encoder.", "pose_decoder.", "regressor.")) else second).append(parameter)
         return {"autoencoder": [(first, 1.0)], "stylization": [(second, 1.0)]}
@@ -267,11 +268,11 @@ class Objective(nn.Module):
             return self.PHASES[:1], progress / FIRST_STAGE
         return self.PHASES[1:], (progress - FIRST_STAGE) / (1 - FIRST_STAGE)
 
-    def forward(self, phase: str, x: DomainBatch, step: int) -> dict[str, Tensor]:
+    def forward(self, phase: str, x: DomainBatch[Tensor], step: int) -> dict[str, Tensor]:
         """The stage's terms of one batch."""
         return self.autoencoder_losses(x) if phase == "autoencoder" else self.stylization_losses(x)
 
-    def autoencoder_losses(self, x: DomainBatch) -> dict[str, Tensor]:
+    def autoencoder_losses(self, x: DomainBatch[Tensor]) -> dict[str, Tensor]:
         """Sec. 3.1 and 3.2.3."""
         model = self.system
         motion = torch.cat([x.any, x.source], dim=1)
@@ -298,7 +299,7 @@ class Objective(nn.Module):
         generator = torch.Generator().manual_seed(int(noise[0, :2].double().abs().sum() * 1e9))
         return torch.randn(z.shape, generator=generator).to(z.device)
 
-    def stylization_losses(self, x: DomainBatch) -> dict[str, Tensor]:
+    def stylization_losses(self, x: DomainBatch[Tensor]) -> dict[str, Tensor]:
         """Eq. 1 to 4 for z^1, z^2 of one sequence and z^3 of any other."""
         model, size = self.system, x.source.shape[1]
         motion = torch.cat([x.source, x.sibling, x.target], dim=1)

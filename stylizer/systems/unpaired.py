@@ -239,6 +239,9 @@ class Objective(Adversarial):
     The adversarial terms are least squares with 1 for real and 0 for fake; the discriminator's slope at real motion is
     held low, without which so small a one runs away."""
 
+    system: Unpaired
+    discriminator: Discriminator
+
     def __init__(self, config: Config) -> None:
         super().__init__(Unpaired(config), Discriminator(config))
 
@@ -249,7 +252,7 @@ class Objective(Adversarial):
             "generator": [(list(self.system.parameters()), 1.0)],
         }
 
-    def discriminator_losses(self, x: DomainBatch, step: int) -> dict[str, Tensor]:
+    def discriminator_losses(self, x: DomainBatch[Tensor], step: int) -> dict[str, Tensor]:
         """The discriminator's side of Eq. 4."""
         model, discriminator = self.system, self.discriminator
         with torch.no_grad():
@@ -264,7 +267,7 @@ class Objective(Adversarial):
             terms["slope"] = slope_penalty(score, real)
         return terms
 
-    def generator_losses(self, x: DomainBatch, step: int) -> dict[str, Tensor]:
+    def generator_losses(self, x: DomainBatch[Tensor], step: int) -> dict[str, Tensor]:
         """Eq. 3 and the generator's sides of Eq. 4 to 7."""
         model, discriminator = self.system, self.discriminator
         clips = torch.cat([x.kin, x.target, x.target_kin], dim=1)
@@ -291,7 +294,7 @@ class Objective(Adversarial):
             "triplet": ((apart + MARGIN).clamp(min=0) * others).mean(),  # Eq. 7
         }
 
-    def views(self, x: DomainBatch) -> list[tuple[Tensor, Tensor]]:
+    def views(self, x: DomainBatch[Tensor]) -> list[tuple[Tensor, Tensor]]:
         """(yaw, scale), (3 B,) each, of every view, out of the batch's random numbers."""
         sampled = torch.special.ndtr(x.noise[:, : 2 * self.system.config.views]).repeat(3, 1)  # uniform in 0 .. 1
         spans = ((YAWS, sampled[:, 0::2]), (SCALES, sampled[:, 1::2]))

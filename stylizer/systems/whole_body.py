@@ -3,7 +3,7 @@
 A style is one vector, its code. A part takes its joints from the output in its own style, so parts may have different
 styles: the system is then evaluated once for each."""
 
-from typing import Mapping, NamedTuple, Sequence
+from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
 import torch
@@ -33,11 +33,11 @@ class WholeBody(Scaled):
     """A system by its style codes. `config.window` is the samples of a window, `config.labels` the domains it was
     taught."""
 
-    KIND: str
     # samples: a live window ends with its newest one held so long, for a system that gives its end weakly
     LOOK_AHEAD = 0
+    mean_poses: Tensor
 
-    def __init__(self, config) -> None:
+    def __init__(self, config: Any) -> None:
         super().__init__(config)
         self.register_buffer("mean_poses", torch.zeros(max(len(config.labels), 1), 21, POSE_CHANNELS.stop))
 
@@ -79,9 +79,13 @@ def stylize_windows(model: WholeBody, windows: np.ndarray, codes: Tensor, last: 
     """Features (n B, T, 21, 15) of windows (B, T, 21, 15), each in n of the styles of codes (n B, C); or the `last`
     samples."""
     result = model.restyled(model.normalize(torch.from_numpy(windows.astype(np.float32))), codes)
-    axes, hips = (None if x is None else x.permute(1, 2, 0, 3)[:, -(last or 0) :].double().numpy() for x in result)
+
+    def asked_for(x: Tensor) -> np.ndarray:
+        return x.permute(1, 2, 0, 3)[:, -(last or 0) :].double().numpy()
+
     content = np.tile(windows[:, -(last or 0) :], (len(codes) // len(windows), 1, 1, 1))
-    return complete_features(content, axes, None if hips is None else hips[..., 0, :])
+    hips = None if result.hips is None else asked_for(result.hips)[..., 0, :]
+    return complete_features(content, asked_for(result.axes), hips)
 
 
 def complete_features(content: np.ndarray, axes: np.ndarray, hips: np.ndarray | None) -> np.ndarray:

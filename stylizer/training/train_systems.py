@@ -3,6 +3,7 @@ in it."""
 
 import time
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -11,9 +12,10 @@ from torch import distributed
 from sim.motion.features import POSE_CHANNELS
 from sim.torch_setup import set_up_torch
 from stylizer.data.dataset import MotionData
-from stylizer.data.domains import LabelledSampler, as_inputs, labels_of, mean_poses
+from stylizer.data.domains import DomainBatch, LabelledSampler, as_inputs, labels_of, mean_poses
 from stylizer.data.sampler import measure_statistics
 from stylizer.systems.registry import all_networks
+from stylizer.systems.whole_body import WholeBody
 from stylizer.training.trainer import HELD_OUT_BATCHES, SECOND_MOMENT, Trainer, learning_rate_at
 
 
@@ -25,6 +27,10 @@ class SystemTrainer(Trainer):
     Raises ValueError where the data has no labels, and under torchrun."""
 
     KEPT = ("objective", "average", "optimizer")
+    model: WholeBody
+    objective: Any  # of the system's own file
+    sampler: LabelledSampler
+    held_out: list[DomainBatch[np.ndarray]]  # type: ignore[assignment]  # its own batches, which it alone reads
 
     def __init__(self, data: MotionData, network: str, seed: int = 1) -> None:
         if distributed.is_initialized():
@@ -74,7 +80,7 @@ class SystemTrainer(Trainer):
         terms: dict[str, torch.Tensor] = {}
         for phase in phases:
             found = self.objective(phase, inputs, self.step)
-            self._learn(self.learned[phase], sum(self.recipe.weights[name] * value for name, value in found.items()))
+            self._learn(self.learned[phase], self._total(found))
             terms |= found
         return self._counted(terms, start)
 

@@ -16,6 +16,8 @@ from sim.io.provenance import commit, credit
 from sim.torch_setup import set_up_torch
 from stylizer.data.dataset import MotionData
 from stylizer.data.sampler import Batch, Sampler, measure_statistics
+from stylizer.networks.layers import of_kind
+from stylizer.networks.normalization import Scaled
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.config import Config
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
@@ -46,6 +48,9 @@ class Trainer:
     """Network, its running average, optimiser, random numbers and clock: everything that a resumed run needs."""
 
     KEPT = ("model", "average", "optimizer")  # whose state a checkpoint holds
+    model: Scaled
+    objective: nn.Module
+    optimizer: torch.optim.Optimizer
 
     def __init__(self, data: MotionData, config: Config, recipe: Recipe = OURS, seed: int = 1) -> None:
         torch.manual_seed(seed)
@@ -55,13 +60,13 @@ class Trainer:
         self.recipe = recipe
         learned_from = data.split(held_out=False)
         self.sampler = Sampler(learned_from, seed)
-        self.model = MotionPuzzle(config)
+        self.model = model = MotionPuzzle(config)
         self.model.set_statistics(*measure_statistics(Sampler(learned_from, seed)))
-        if config.key_poses:
+        if model.key_poses:
             clips = Sampler(learned_from, seed).batch(FIRST_CLIPS).target
-            self.model.key_poses.begin(self.model.normalize(torch.from_numpy(clips)))
+            model.key_poses.begin(model.normalize(torch.from_numpy(clips)))
         self.model.to(self.device)
-        self.objective = Objective(self.model, recipe)
+        self.objective = Objective(model, recipe)
         if distributed.is_initialized():  # gives every process the first one's network
             self.objective = nn.parallel.DistributedDataParallel(self.objective)
         self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=self._averaged)
@@ -83,10 +88,15 @@ class Trainer:
         size, late = self.recipe.batch, progress > DECAY_FROM
         terms = self._losses(self.objective, self.sampler.batch(size), draw_mixing(self.sampler.random, size), late)
         self.optimizer.zero_grad(set_to_none=True)
-        sum(self.recipe.weights[name] * value for name, value in terms.items()).backward()
+        self._total(terms).backward()
         torch.nn.utils.clip_grad_norm_(self.model.parameters(), 1.0)
         self.optimizer.step()
         return self._counted(terms, start)
+
+    def _total(self, terms: dict[str, torch.Tensor]) -> torch.Tensor:
+        """The terms' sum, each as much as the recipe says."""
+        weighted = (self.recipe.weights[name] * value for name, value in terms.items())
+        return sum(weighted, torch.zeros((), device=self.device))
 
     def _counted(self, terms: dict[str, torch.Tensor], start: float) -> dict[str, float]:
         """Ends a step that began at `start` seconds: average, clock and curve. Gives the losses as numbers."""
@@ -123,7 +133,7 @@ class Trainer:
     @torch.no_grad()
     def held_out_losses(self) -> dict[str, float]:
         """The averaged network's losses on clips that it never trains on."""
-        objective = Objective(self.average.module, self.recipe)
+        objective = Objective(of_kind(MotionPuzzle, self.average.module), self.recipe)
         totals = [self._losses(objective, batch, mixing) for batch, mixing in self.held_out]
         return {name: float(np.mean([t[name].item() for t in totals])) for name in totals[0]}
 
@@ -167,7 +177,7 @@ class Trainer:
         clips = self.sampler.data.clips
         folders = sorted({clip.name.split("/")[0] for clip in clips})
         checkpoint.save(
-            self.average.module,
+            of_kind(Scaled, self.average.module),
             path,
             data=f"{data_dir.name}: {', '.join(folders[:12])}",
             licence=f"trained on {credit(data_dir, (data_dir / clip.name for clip in clips))}",
@@ -176,8 +186,8 @@ class Trainer:
             steps=str(self.step),
         )
 
-    def _averaged(self, average: torch.Tensor, value: torch.Tensor, count: torch.Tensor) -> torch.Tensor:
-        keep = torch.clamp((1 + count) / (10 + count), max=self.recipe.average)  # sooner at first
+    def _averaged(self, average: torch.Tensor, value: torch.Tensor, count: torch.Tensor | int) -> torch.Tensor:
+        keep = torch.clamp(torch.as_tensor((1 + count) / (10 + count)), max=self.recipe.average)  # sooner at first
         return value + (average - value) * keep
 
 

@@ -9,6 +9,7 @@ from demo import cli
 from demo.state.style_names import movement_names
 from sim.io import bvh
 from stylizer.runtime import catalogue
+from stylizer.styles.code_bank import CodeBank
 from stylizer.systems.registry import SYSTEMS
 from tests.support.walker import planted_clip, walking_clip
 
@@ -63,10 +64,13 @@ def test_one_that_cannot_be_used_is_named_and_nothing_is_learned(clips, capsys, 
     assert "limp" not in catalogue.load_bank().names
 
 
-class Points:
+class Points(CodeBank):
     """As much of a bank as reads key points."""
 
     system = SYSTEMS["unpaired"]
+
+    def __init__(self) -> None:
+        pass
 
     def add_points(self, folder, name, fps) -> None:
         raise AssertionError("it must not come so far")

@@ -4,6 +4,7 @@ away.
 The names of `CONFIGS` are what training, evaluation and bench know."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 from torch import nn
 
@@ -42,7 +43,7 @@ class Config:
         """BP-AdaIN on graph G_level."""
         return BPAdaIN(LEVELS[level], self.width(level), self.by_part, self.style_statistics)
 
-    def end(self, channels_in: int, channels_out: int) -> nn.Module:
+    def end(self, channels_in: int, channels_out: int) -> JointLinear | nn.Linear:
         """The 1x1 convolution at either end."""
         return (
             JointLinear(JOINT_COUNT, channels_in, channels_out)
@@ -67,7 +68,13 @@ class Config:
 FULL = Config()  # Table 3
 PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, App. A.1: the paper's real-time system
 # What measurement added to the paper's networks.
-ADDED = {"style_statistics": 2, "own_ends": True, "key_poses": 96, "root_units": 32, "residual_output": True}
+ADDED: dict[str, Any] = {
+    "style_statistics": 2,
+    "own_ends": True,
+    "key_poses": 96,
+    "root_units": 32,
+    "residual_output": True,
+}
 LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
 SLIM = replace(PAPER_SLIM, stem=12, channels=(24, 48, 96), **ADDED)  # what is shipped
 CONFIGS = {

@@ -5,21 +5,31 @@ A window is so little work that calling the library costs more than computing: t
 far cheaper calls. Feature maps are (batch, vertex, time, channel) here, so that moments and tokens of a part lie
 together."""
 
-from typing import Callable
+from typing import Callable, Mapping, NamedTuple
 
 import numpy as np
 import torch
 
 from sim.body.skeleton import PARTS
-from stylizer.networks.layers import EPSILON, BlockFeatures, JointLinear, Pool, STConv
+from stylizer.networks.layers import EPSILON, JointLinear, Pool, STConv, Unpool, of_kind
 from stylizer.systems.motion_puzzle.config import KEY_POSES, Config
 from stylizer.systems.motion_puzzle.direction_transfer import MOST, ROOT, known_direction
 from stylizer.systems.motion_puzzle.key_poses import BODY, QUIET, KeyPoses
-from stylizer.systems.motion_puzzle.model import BPStyleNet, MotionPuzzle
+from stylizer.systems.motion_puzzle.model import BPStyleNet, MotionPuzzle, PlainBlock, RootCondition
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
 UPPER = np.array([not name.endswith("leg") for name in PARTS])  # of the parts: spine and arms
 KEPT = 16  # styles whose numbers are kept at hand
+Condition = tuple[np.ndarray | float, np.ndarray | float]  # what is added to scale and bias
+
+
+class _Features(NamedTuple):
+    """stylizer.networks.layers.BlockFeatures as numpy sees them, batch first."""
+
+    scale: np.ndarray
+    bias: np.ndarray
+    keys: np.ndarray
+    values: np.ndarray
 
 
 class TorchInference:
@@ -36,8 +46,8 @@ class TorchInference:
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
         content = model.content_encoder(motion)
         if not model.config.residual_output:
-            (styled,) = model.decoded(motion, content, [style], last=1)
-            return model.restore(styled)[:, 0].double().numpy() - windows[:, -1]
+            (output,) = model.decoded(motion, content, [style], last=1)
+            return model.restore(output)[:, 0].double().numpy() - windows[:, -1]
         styled, rebuilt = map(self._features, model.decoded(motion, content, [style, own], last=1))
         return styled - rebuilt
 
@@ -60,10 +70,10 @@ class TorchInference:
             model.normalize(torch.from_numpy(poses[:, None].astype(np.float32))), own[KEY_POSES]
         )
         mean, deviation = (values[0, 0, 0, ROOT] for values in (model.mean, model.deviation))
-        forward, known = known_direction(root_velocities)
+        known_velocities, known = known_direction(root_velocities)
         root_velocity, own_root_velocity, forward = (
             (torch.from_numpy(each.astype(np.float32)) - mean) / deviation
-            for each in (root_velocities, own_root_velocities, forward)
+            for each in (root_velocities, own_root_velocities, known_velocities)
         )
         styled = key_poses(
             attention,
@@ -102,16 +112,17 @@ class FastInference:
         encoder, decoder = model.content_encoder, model.decoder
         self.mean, self.deviation = (values.numpy()[:, 0, 0] for values in (model.mean, model.deviation))
         self.stem, self.head = _end(encoder.stem), _end(decoder.head)
-        self.convs = [_Conv(conv) for conv in encoder.convs]
-        self.pools = [_Pool(pool) for pool in encoder.pools[1:]]
-        self.nets = [_StyleNet(decoder.blocks[level]) for level in ("3", "2")]
-        self.sources = [unpool.source.numpy() for unpool in (decoder.unpools["3"], decoder.unpools["2"])]
-        self.last = _LastConv(decoder.blocks["1"].conv)
+        self.convs = [_Conv(of_kind(STConv, conv)) for conv in encoder.convs]
+        self.pools = [_Pool(of_kind(Pool, pool)) for pool in encoder.pools[1:]]
+        self.nets = [_StyleNet(of_kind(BPStyleNet, decoder.blocks[level])) for level in ("3", "2")]
+        self.sources = [of_kind(Unpool, decoder.unpools[level]).source.numpy() for level in ("3", "2")]
+        last = of_kind(PlainBlock, decoder.blocks["1"])
+        self.last = _LastConv(last.conv)
         # last samples of level 2 that the last of level 1 can see
-        self.needed = (1 + decoder.blocks["1"].reach + 1) // 2
-        self.root_condition = _RootCondition(model) if model.root_condition else None
+        self.needed = (1 + last.reach + 1) // 2
+        self.root_condition = _RootCondition(model.root_condition) if model.root_condition else None
         self.prototypes = _KeyPoses(model.key_poses) if model.key_poses else None
-        self._views: dict[int, tuple[StyleFeatures, dict[int, BlockFeatures]]] = {}
+        self._views: dict[int, tuple[StyleFeatures, dict[int, _Features]]] = {}
 
     @staticmethod
     def fits(config: Config) -> bool:
@@ -128,7 +139,9 @@ class FastInference:
         """As TorchInference.decoded."""
         motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
         styles = [self._seen(style), self._seen(own)]
-        conditions = self.root_condition(motion) if self.root_condition else {3: (0.0, 0.0), 2: (0.0, 0.0)}
+        conditions: Mapping[int, Condition] = {3: (0.0, 0.0), 2: (0.0, 0.0)}
+        if self.root_condition:
+            conditions = self.root_condition(motion)
         x = self._encoded(motion)[None].repeat(len(styles), axis=0)
         for level, net, source in zip((3, 2), self.nets, self.sources):
             x = net(x, [style[level] for style in styles], conditions[level], self.needed if level == 2 else None)
@@ -161,13 +174,13 @@ class FastInference:
         styled, rebuilt = pose_statistics * self.deviation + self.mean
         return styled, rebuilt
 
-    def _seen(self, style: StyleFeatures) -> dict[int, BlockFeatures]:
+    def _seen(self, style: StyleFeatures) -> dict[int, _Features]:
         """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
         known = self._views.get(id(style))
         if known is None or known[0] is not style:
             known = (
                 style,
-                {level: BlockFeatures(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
+                {level: _Features(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
             )
             self._views = dict([*self._views.items()][-KEPT:]) | {id(style): known}
         return known[1]
@@ -201,7 +214,7 @@ class _JointLinear:
         return x @ self.weight + self.bias
 
 
-def _end(layer: torch.nn.Module) -> Callable[[np.ndarray], np.ndarray]:
+def _end(layer: JointLinear | torch.nn.Linear) -> Callable[[np.ndarray], np.ndarray]:
     """The 1x1 convolution at either end of the network."""
     return _JointLinear(layer) if isinstance(layer, JointLinear) else _Linear(layer)
 
@@ -224,8 +237,8 @@ class _KeyPoses:
         poses: np.ndarray,
         root_velocities: np.ndarray,
         known: np.ndarray,
-        style: BlockFeatures,
-        own: BlockFeatures,
+        style: _Features,
+        own: _Features,
     ) -> np.ndarray:
         """The moment that normalized poses (batch, 21, 15) are in, with a style and with their own: (2, batch, 21, 12).
         root_velocities: (3, batch, 3) of the body, of the poses' own motion, and what of the first translation knows,
@@ -247,7 +260,7 @@ class _KeyPoses:
         moves[0] = moves[1] + kernel * (moves[0] - moves[1])
         return (mean + shift + moves).reshape(2, len(poses), -1, BODY.stop)[:, :, self.joints]
 
-    def _attend(self, pose: np.ndarray, own: BlockFeatures) -> np.ndarray:
+    def _attend(self, pose: np.ndarray, own: _Features) -> np.ndarray:
         """(batch, 5, prototypes)"""
         mean, deviation = (
             own.scale[..., field].reshape(len(own.scale), -1, BODY.stop)[:, self.joints] for field in self.fields[:2]
@@ -316,12 +329,11 @@ class _StyleNet:
     """stylizer.systems.motion_puzzle.model.BPStyleNet, of several styles (styles, batch, V, T, C) at once."""
 
     def __init__(self, net: BPStyleNet) -> None:
+        assert net.attention is not None
         self.conv1, self.conv2, self.query = _Conv(net.conv1), _Conv(net.conv2), _Linear(net.attention.query)
         self.reach = net.reach
 
-    def __call__(
-        self, x: np.ndarray, styles: list[BlockFeatures], conditions: tuple[np.ndarray, np.ndarray], last: int | None
-    ) -> np.ndarray:
+    def __call__(self, x: np.ndarray, styles: list[_Features], conditions: Condition, last: int | None) -> np.ndarray:
         """conditions: what the root velocity adds to scale and bias. -> (styles batch, V, T, C), the `last` samples
         alone where they are given."""
         shape = x.shape
@@ -349,9 +361,9 @@ class _StyleNet:
 class _RootCondition:
     """stylizer.systems.motion_puzzle.model.RootCondition."""
 
-    def __init__(self, model: MotionPuzzle) -> None:
-        self.hidden = _Linear(model.root_condition.hidden)
-        self.sides = {int(number): _Linear(side) for number, side in model.root_condition.sides.items()}
+    def __init__(self, condition: RootCondition) -> None:
+        self.hidden = _Linear(condition.hidden)
+        self.sides = {int(number): _Linear(of_kind(torch.nn.Linear, side)) for number, side in condition.sides.items()}
 
     def __call__(self, motion: np.ndarray) -> dict[int, tuple[np.ndarray, np.ndarray]]:
         """Normalized motion (batch, 21, T, 15) -> by level what is added to scale and bias (batch, 5, C)."""

@@ -108,9 +108,8 @@ class KeyPoses(nn.Module):
         first = self.scores(codes, 0).softmax(dim=2).transpose(2, 3) @ poses
         table = _ridge_refine(first, self.scores(codes, 1).softmax(dim=3), poses)
         root_velocity = clip[0, ..., ROOT].mean(1)
-        code, source_prediction = self.direction_transfer.style_side(
-            *(values[:, :, 0].transpose(0, 1).flatten(1) for values in statistics), root_velocity
-        )
+        body_mean, body_deviation = (values[:, :, 0].transpose(0, 1).flatten(1) for values in statistics)
+        code, source_prediction = self.direction_transfer.style_side(body_mean, body_deviation, root_velocity)
         scale = torch.cat(
             [mean, deviation, source_prediction, *(each.expand(len(PARTS), -1, -1) for each in (root_velocity, code))],
             dim=2,

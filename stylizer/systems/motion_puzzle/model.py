@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from sim.body.skeleton import PARTS
 from sim.motion.features import FEATURES
 from stylizer.networks.graph import LEVELS
-from stylizer.networks.layers import BPATN, BlockFeatures, Pool, STConv, Unpool, leaky, normalize
+from stylizer.networks.layers import BPATN, BlockFeatures, BPAdaIN, Pool, STConv, Unpool, leaky, normalize, of_kind
 from stylizer.networks.normalization import Scaled
 from stylizer.systems.motion_puzzle.config import KEY_POSES, RESIDUAL, Config
 from stylizer.systems.motion_puzzle.direction_transfer import ROOT, ROOT_SIZE
@@ -43,7 +43,7 @@ class Encoder(nn.Module):
         self.pools = nn.ModuleList([nn.Identity(), Pool(LEVELS[1], LEVELS[2]), Pool(LEVELS[2], LEVELS[3])])
         self.residual = ResBlock(config, normalize) if config.residual_taps else nn.Identity()
 
-    def forward(self, motion: Tensor) -> list[Tensor]:
+    def levels(self, motion: Tensor) -> list[Tensor]:
         """(21, B, T, 15) -> features of G1, G2, G3, (V, B, T / 1 2 4, C); T is a multiple of 4."""
         x, levels = self.stem(motion), []
         for pool, conv in zip(self.pools, self.convs):
@@ -58,6 +58,10 @@ class StyleEncoder(Encoder):
     def __init__(self, config: Config) -> None:
         super().__init__(config, normalize=False)
 
+    def forward(self, motion: Tensor) -> list[Tensor]:
+        """What `levels` says."""
+        return self.levels(motion)
+
 
 class ContentEncoder(Encoder):
     """E_c (Sec. 4.3): instance normalization before every convolution takes the style out; G3's is kept (Eq. 6)."""
@@ -67,7 +71,7 @@ class ContentEncoder(Encoder):
 
     def forward(self, motion: Tensor) -> Tensor:
         """(21, B, T, 15) -> (5, B, T / 4, C3)"""
-        return super().forward(motion)[-1]
+        return self.levels(motion)[-1]
 
 
 class BPResBlock(nn.Module):
@@ -81,7 +85,10 @@ class BPResBlock(nn.Module):
 
     def style_side(self, style: Tensor) -> BlockFeatures:
         """Both BP-AdaIN's scales and biases side by side; there are no tokens to attend to."""
-        scales, biases = (torch.cat(both, dim=2) for both in zip(*(adain.style_side(style) for adain in self.adains)))
+        scales, biases = (
+            torch.cat(both, dim=2)
+            for both in zip(*(of_kind(BPAdaIN, adain).style_side(style) for adain in self.adains))
+        )
         none = style.new_zeros(*scales.shape[:2], 0, style.shape[-1])
         return BlockFeatures(scales, biases, none, none)
 
@@ -178,7 +185,10 @@ class Decoder(nn.Module):
 
     def style_side(self, style: list[Tensor]) -> StyleFeatures:
         """A style clip's features of G1, G2, G3 -> what the decoder needs of them, computed once a style."""
-        sides = {level: self.blocks[str(level)].style_side(style[level - 1]) for level in self.config.style_levels}
+        sides = {
+            level: of_kind(BPStyleNet, self.blocks[str(level)]).style_side(style[level - 1])
+            for level in self.config.style_levels
+        }
         return sides | ({RESIDUAL: self.residual.style_side(style[-1])} if self.residual else {})
 
     def forward(self, content: Tensor, style: StyleFeatures, last: int | None = None) -> Tensor:
@@ -195,7 +205,7 @@ class Decoder(nn.Module):
         them."""
         if last is None or level == 3 or (level == 2 and 1 in self.config.style_levels):
             return None
-        return last if level == 1 else (last + self.blocks["1"].reach + 1) // 2
+        return last if level == 1 else (last + of_kind(PlainBlock, self.blocks["1"]).reach + 1) // 2
 
 
 class MotionPuzzle(Scaled):
@@ -232,8 +242,10 @@ class MotionPuzzle(Scaled):
         The second shows what of the content's own movement the decoder loses: what is put on is how the two differ."""
         content = self.content_encoder(motion)
         if not self.config.residual_output:
-            return *self.decode_styles(motion, content, [style], own, last), None
-        return tuple(self.decode_styles(motion, content, [style, own], own, last))
+            (styled,) = self.decode_styles(motion, content, [style], own, last)
+            return styled, None
+        styled, rebuilt = self.decode_styles(motion, content, [style, own], own, last)
+        return styled, rebuilt
 
     def decode_styles(
         self, motion: Tensor, content: Tensor, styles: list[StyleFeatures], own: StyleFeatures, last: int | None = None

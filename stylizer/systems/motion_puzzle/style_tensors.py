@@ -68,7 +68,8 @@ def cat_batch(styles: list[StyleFeatures]) -> StyleFeatures:
 def split_batch(styles: StyleFeatures) -> tuple[StyleFeatures, StyleFeatures]:
     """The styles of the first and of the second half of a batch."""
     size = next(iter(styles.values())).scale.shape[1] // 2
-    return tuple(
+    first, second = (
         {level: BlockFeatures(*(t[:, half] for t in style)) for level, style in styles.items()}
         for half in (slice(size), slice(size, None))
     )
+    return first, second

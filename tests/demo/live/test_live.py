@@ -12,6 +12,7 @@ from demo.live.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
 from demo.state.style_choice import StyleChoice
 from demo.state.stylizers import Stylizers
 from demo.ui import panels
+from sim.command import Command
 from sim.io import recording
 from tests.demo.conftest import SIZE
 from tests.support.fakes import BENDS, Bender, fake_session, key
@@ -253,3 +254,8 @@ def test_there_may_be_no_other_stylizer(screen, monkeypatch):
     texts = [text for _, text, _ in live.toasts]
     assert any("no other stylizer" in text for text in texts)
     assert any("samples no styles" in text for text in texts)
+
+
+def test_a_run_goes_on_where_the_bank_refuses_the_first_frame(screen):
+    live, _ = play(screen, {}, 0.1, attract=[Command(style={"spine": "gone"})])
+    assert live.frames == 6 and live.frame is not None and "gone" in live.toasts[0][1]

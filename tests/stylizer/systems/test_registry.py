@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from sim.motion.features import clip_features
 from stylizer.data.dataset import MotionData, PackedClip
 from stylizer.data.domains import NOISE, LabelledSampler, label_of, labels_of
 from stylizer.data.sampler import measure_statistics
+from stylizer.evaluation.compare import Sampled
 from stylizer.evaluation.playback import Styles, play_live
 from stylizer.networks.blocks import BODY, ROOTED, AdaIN, DomainHead, InstanceNorm, ResBlock, by_joint, whole
 from stylizer.runtime.global_motion import change_global_motion, follow_predicted_root
@@ -411,6 +413,13 @@ def test_offline_and_evaluation_speak_to_a_system_as_to_motion_puzzle(bank):
     assert len(result.styled) == len(result.locked) == len(offline) == 100
     moved = turn_of_clips(result.styled, walk)
     assert moved[:, list(PARTS["spine"])].max() > 0.01 and moved[:, list(PARTS["left_leg"])].max() < 1e-6
+
+
+@pytest.mark.parametrize("network", ["diverse", "latent"])
+def test_styles_by_chance_are_put_on_to_be_judged(network):
+    sampled, walk, take = Sampled(model_of(network)), walking_clip(60), SimpleNamespace(style="old 1")
+    features, drawn = sampled(walk, take, take)
+    assert features.shape == (60, 21, 15) and turn_of_clips(drawn, walk).max() > 0.01
 
 
 def turn_of_clips(a, b):
