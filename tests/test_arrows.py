@@ -134,9 +134,10 @@ def test_a_room_that_looks_up_would_be_seen():
 
 
 def public_definitions(tree: ast.Module) -> list[str]:
-    """The functions and classes of a file that others may use."""
+    """The functions and classes of a file that others may use, those with several signatures once."""
     kinds = ast.FunctionDef | ast.ClassDef
-    return [node.name for node in tree.body if isinstance(node, kinds) and not node.name.startswith("_")]
+    names = [node.name for node in tree.body if isinstance(node, kinds) and not node.name.startswith("_")]
+    return list(dict.fromkeys(names))
 
 
 def test_a_name_is_defined_once_in_a_room():
