@@ -1,7 +1,7 @@
 """What a machine can do: how fast it multiplies matrices of the shapes that a program asks for, and reads memory."""
 
 import time
-from typing import Callable, Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 import torch
@@ -20,7 +20,9 @@ class Products(TorchDispatchMode):
         super().__init__()
         self.seen: list[tuple[int, int, int, int]] = []
 
-    def __torch_dispatch__(self, function, types, args=(), kwargs=None):
+    def __torch_dispatch__(
+        self, function: Any, types: Any, args: tuple[Any, ...] = (), kwargs: dict[str, Any] | None = None
+    ) -> Any:
         name = function.overloadpacket.__name__
         if name in ("mm", "bmm", "addmm", "baddbmm"):
             a, b = args[-2:]

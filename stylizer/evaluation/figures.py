@@ -15,8 +15,8 @@ from stylizer.data.style_labels import Take
 from stylizer.evaluation import metrics as measures
 from stylizer.evaluation.playback import Playback, Styles, play_live
 from stylizer.evaluation.transfer_benchmark import CENTI
-from stylizer.runtime.live import OWN
 from stylizer.runtime.offline import ResolvedStyle, encode_clip, stylize
+from stylizer.styles.own_style import OWN
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
 LONGEST = 240  # frames of a clip that are played

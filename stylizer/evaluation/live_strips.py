@@ -5,13 +5,14 @@ from pathlib import Path
 from typing import Mapping
 
 import numpy as np
+from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 from sim.io.atomic_write import atomic_write
 from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT
 from stylizer.evaluation.live_benchmark import LiveEvaluation, Motion, reference_for
-from stylizer.evaluation.pictures import OUTPUT, SOURCE, TARGET, draw_pose, finish_axes, plt
+from stylizer.evaluation.pictures import OUTPUT, SOURCE, TARGET, draw_pose, finish_axes
 
 MOVEMENTS = ("walk_pace", "run_pace")  # of stylizer.evaluation.live_benchmark.MOVEMENTS
 POSES, APART = 10, 0.75  # figures in a row, and the metres between them

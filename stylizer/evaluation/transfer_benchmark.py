@@ -16,8 +16,8 @@ from stylizer.evaluation.classifier import Classifier
 from stylizer.evaluation.held_out_pairs import Pair
 from stylizer.evaluation.metrics import geodesic
 from stylizer.evaluation.playback import Styles, play_live
-from stylizer.runtime.live import OWN
 from stylizer.runtime.offline import Network, ResolvedStyle, apply_styled, encode_clip, evaluate
+from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import StyleClips
 
 TRIALS = 10

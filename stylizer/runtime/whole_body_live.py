@@ -37,9 +37,8 @@ class WholeBodyStylizer(LiveStylizer):
         super().restart()
         model = self.bank.model
         self._span = (model.config.window - model.LOOK_AHEAD - 1) * STRIDE + 1
-        self._past: deque[np.ndarray] = deque(
-            maxlen=self._span
-        )  # features (..., 21, 15) of the last frames, the newest last
+        # features (..., 21, 15) of the last frames, the newest last
+        self._past: deque[np.ndarray] = deque(maxlen=self._span)
 
     def step(
         self,
