@@ -28,11 +28,11 @@ def check_gait(gait: object) -> None:
 class Command:
     """One frame of input, in world axes. Raises ValueError, in one sentence, for what is none.
 
-    move: (x, z) stick, length at most 1, (0, 0) to stand.
+    move: (x, z) stick, length at most 1, (0, 0) to stand; +x is to the left of who faces +z.
     face: (x, z) wanted facing direction, or None to face where it goes.
-    gait: a name of GAIT_SPEEDS.
-    style: body part or group name -> (style name, strength 0 .. 1.5) or (style name, strength, other style,
-        share 0 .. 1 of the way to the other), for the parts that are restyled; the others keep their own style.
+    gait: walk or run.
+    style: body part or group name -> a style's name, (style name, strength 0 .. 1.5) or (style name, strength, other
+        style, share 0 .. 1 of the way to the other), for the parts that are restyled; the others keep their own style.
     pace: whether the styles of the legs set speed, stride and cadence.
     """
 

@@ -37,7 +37,7 @@ class Latency:
         return 1e3 * self.seconds[name][-1] if self.seconds[name] else 0.0
 
     def report(self, startup_s: float = 0.0, **machine: object) -> dict[str, Any]:
-        """The latency report of DESIGN.md, Sec. 4. `machine` adds what only the caller knows (threads, torch)."""
+        """The latency report. `machine` adds what only the caller knows (threads, torch)."""
         frames = 1e3 * np.array(self.seconds["frame"])
         result: dict[str, Any] = {
             "machine": {"cpu": cpu_name(), "cores": os.cpu_count(), **machine},

@@ -39,8 +39,9 @@ class StyleSpec(Mapping[str, PartSpec]):
     style. Never changed in place."""
 
     def __init__(self, parts: Mapping[str, PartLike] | None = None) -> None:
-        """parts: body part or group (arms, legs, upper, all) -> a style's name, (name, strength) or (name, strength,
-        other name, share); of two that name one part the later counts.
+        """parts: body part (left_leg, right_leg, spine, left_arm, right_arm) or group (legs, arms, upper, all) -> a
+        style's name, (name, strength) or (name, strength, other name, share); of two that name one part the later
+        counts.
 
         Raises ValueError, in one sentence, for an unknown part and for what is no style, strength or share."""
         found: dict[str, PartSpec] = {}

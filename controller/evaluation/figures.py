@@ -57,7 +57,7 @@ class Figure:
         )
 
     def as_json(self) -> dict:
-        """The entry of the report (DESIGN.md, Sec. 4); reach is [low, high], null where open."""
+        """The entry of the report; reach is [low, high], null where open."""
         reach = [self.low, self.high]
         return {"ours": self.ours, "real": self.real, "reach": None if reach == [None, None] else reach}
 

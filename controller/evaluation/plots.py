@@ -33,7 +33,7 @@ STYLE: dict[Any, object] = {
     "figure.dpi": 120,
 }
 COLUMNS = 6
-STRIDES = {"walk 1.3 m/s": (2.0, 5.0), "run 3.5 m/s": (2.0, 4.0)}  # which seconds of which takes the feet are shown
+STRIDES = {"walk 1.3 m/s": (2.0, 5.0), "run 3.5 m/s": (2.0, 4.0)}  # which seconds of which trials the feet are shown
 
 
 def save_plots(folder: Path, played: Mapping[str, Trial], data: Path | None = None) -> list[Path]:
@@ -125,7 +125,7 @@ def _feet(played: Mapping[str, Trial]) -> Figure:
 
 
 def _grid(played: Mapping[str, Trial], title: str, height: float) -> tuple[Figure, Sequence[Axes]]:
-    """A figure with one titled panel a take; panels left over are taken away."""
+    """A figure with one titled panel a trial; panels left over are taken away."""
     rows = -(-len(played) // COLUMNS)
     figure, panels = plt.subplots(
         rows, COLUMNS, figsize=(2.4 * COLUMNS, height * rows + 0.8), layout="constrained", squeeze=False

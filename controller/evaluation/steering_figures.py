@@ -16,7 +16,7 @@ FACED = math.radians(10)  # of the facing asked for, at which a turn on the spot
 
 
 def steering(played: Mapping[str, Trial]) -> dict[str, Figure]:
-    """Speed, direction, and how quickly a new wish is fulfilled; of several takes the worst counts."""
+    """Speed, direction, and how quickly a new wish is fulfilled; of several trials the worst counts."""
     # The simulated body waits for the character at its longest lead (controller.runtime.trajectory.MAX_LEAD): this one
     # guards that.
     lead = float(max(trial.lead.max() for trial in played.values()))

@@ -83,8 +83,8 @@ class Trajectory:
         return self.past[..., -1, _GAIT.start + GAITS.index("stand")]
 
     def samples(self, command: Command | Commands, speed: np.ndarray | float = 1.0) -> dict[str, np.ndarray]:
-        """Moves the simulated body by a frame; the network's trajectory input (layout.INPUT) in the root frame. speed:
-        what the desired velocity is multiplied by."""
+        """Moves the simulated body by a frame; the network's trajectory input (controller.model.io_layout.INPUT) in the
+        root frame. speed: what the desired velocity is multiplied by."""
         rows = np.empty((*self.position.shape[:-1], len(OFFSETS), _GAIT.stop))
         rows[..., _PRESENT, :] = self.past[..., ::SAMPLE_STEP, :]
         rows[..., _FUTURE, _GAIT] = self._move_simulated(command, speed)

@@ -44,7 +44,7 @@ MINUTE = 60 * FPS
 
 
 def measure(characters: int, seconds: float, started: float) -> dict:
-    """The report of DESIGN.md, Sec. 4, and more; `started`: time.perf_counter() when the program began."""
+    """The report; `started`: time.perf_counter() when the program began."""
     latency = Latency()
     session = assemble.build_session(latency=latency)
     startup_s = time.perf_counter() - started

@@ -17,7 +17,7 @@ EXAMPLE = """patchwalk evaluate controller --data mocap --json evaluation.json -
   patchwalk evaluate live --data mocap --json live.json --plots strips
 
 `live` measures what the session draws, every bundled style walking, running, backing, strafing, turning and standing,
-as the controller moves and after the foot lock, in about ten minutes on one core; it needs Bandai-Namco's and SNU's
+as the controller moves and after the foot lock, in about twelve minutes on one core; it needs Bandai-Namco's and SNU's
 motion in --data.
 `stylizer` measures transfer from clip to clip, in about a quarter of an hour for the shipped weights, half of it
 where its judges have been trained before, longer with --weights for larger networks; it needs the labelled

@@ -24,7 +24,7 @@ class Result:
 
 
 def write_poses(path: Path, result: Result) -> None:
-    """Neutral and styled motion as arrays, in the format of DESIGN.md, Sec. 4."""
+    """Neutral and styled motion as arrays; see sim.io.poses_npz."""
     poses_npz.write(path, result.frames)
 
 

@@ -3,6 +3,7 @@
 import dataclasses
 import inspect
 import re
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Callable
 
@@ -15,7 +16,7 @@ HEAD = """# The library
     import patchwalk as pw
 
 What stands here is kept: it changes only with a new minor version, and `CHANGELOG.md` then says how. This page is
-written from the docstrings by `python -m demo.tools.api`; programs that use all of it are in `demo/examples/`.
+written from the docstrings by `python -m demo.tools.api`; programs that use it are in `demo/examples/`.
 """
 
 
@@ -37,7 +38,7 @@ def _entry(name: str) -> str:
         function = member.__func__ if isinstance(member, (classmethod, staticmethod)) else member
         if key.startswith("_") or not inspect.getdoc(function):
             continue
-        if isinstance(member, property):
+        if isinstance(member, (property, cached_property)):
             lines.append(f"- **.{key}**: {_line(member)}")
         elif inspect.isfunction(function):
             lines.append(f"- **.{key}{_signature(function)}**: {_line(function)}")

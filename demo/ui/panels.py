@@ -84,7 +84,10 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
     """The body to pick a part from, and that part's style, strength, the style blended in."""
     colours = tuple(tuple(colour) for colour in part_colours(choice.style).round(3).tolist())
     groups = Buttons(
-        tuple(Button("all" if group == "all" else group, f"pick_{group}", choice.picked == group) for group in GROUPS),
+        tuple(
+            Button("all" if group == "all" else readable(group), f"pick_{group}", choice.picked == group)
+            for group in GROUPS
+        ),
         SMALL,
     )
     lines = tuple(Label(text, colour, size) for text, colour, size in _style_lines(choice))

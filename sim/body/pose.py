@@ -15,7 +15,7 @@ class Pose:
     """The whole body at one instant, in world axes; with a leading axis on every field, many instants at once.
 
     root_position: (3,) metres on the floor; root_facing: yaw in radians (the character's own ground frame).
-    hips: (3,) metres, the Hips joint. rotations: (21, 4) global rotations.
+    hips: (3,) metres, the Hips joint. rotations: (21, 4) global quaternions (w, x, y, z).
     contacts: (4,) 0..1 for left foot, left toe, right foot, right toe. phase: radians in 0 .. 2 pi.
     """
 

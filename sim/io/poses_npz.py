@@ -1,4 +1,4 @@
-"""The poses file (`.npz`, DESIGN.md, Sec. 4): what a replay produced, frame by frame, for other programs to measure."""
+"""The poses file (`.npz`): what a replay produced, frame by frame, for other programs to measure."""
 
 from pathlib import Path
 from typing import Iterable, Sequence

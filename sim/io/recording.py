@@ -1,4 +1,4 @@
-"""Recorded input: a JSON line for each frame whose command changes, written as it happens (DESIGN.md, Sec. 4)."""
+"""Recorded input: a JSON line for each frame whose command changes, written as it happens."""
 
 import json
 import math

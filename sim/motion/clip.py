@@ -21,8 +21,8 @@ MIRROR_POSITION, MIRROR_QUATERNION = np.array([-1.0, 1.0, 1.0]), np.array([1.0, 
 
 @dataclass(frozen=True)
 class Clip:
-    """A motion on the 21-joint skeleton: hips (frames, 3) in metres, local rotations (frames, 21, 4), `fps` frames a
-    second."""
+    """A motion on the 21-joint skeleton: hips (frames, 3) in metres, local quaternions (w, x, y, z) (frames, 21, 4),
+    `fps` frames a second."""
 
     hips: np.ndarray
     rotations: np.ndarray

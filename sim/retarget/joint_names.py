@@ -9,8 +9,9 @@ from sim.body.skeleton import INDEX, JOINTS
 # Joints another skeleton may lack; they then keep their parent's orientation.
 OPTIONAL = {"Spine", "Neck", "LeftShoulder", "RightShoulder", "LeftToe", "RightToe"}
 
-# One family a column of names: our joint (limbs without their side) -> their names, the first that is there is taken.
-# Chest comes before Spine because it takes the highest joint of the back, and Spine the lowest that is left.
+# One family a column of names: our joint (limbs without their side) -> their names as `_plain` leaves them (lower case,
+# no separators), the first that is there is taken. Chest comes before Spine because it takes the highest joint of the
+# back, and Spine the lowest that is left.
 _OURS = ("Hips", "Chest", "Spine", "Neck", "Head", "UpLeg", "Leg", "Foot", "Toe", "Shoulder", "Arm", "ForeArm", "Hand")
 _FAMILIES = {
     "CMU, ACCAD, SNU, Mixamo, LaFAN1, HumanIK, Rokoko": (

@@ -23,8 +23,8 @@ from sim.retarget.source_skeleton import SourceBody
 def load_clip(path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
     """A BVH file as a clip on our skeleton at 60 fps, standing on a floor at 0; its place and heading are kept.
 
-    name_map: our joint -> theirs (name_maps.load), found from the names when None. Raises OSError, or ValueError in one
-    sentence, for a file that cannot be read or mapped."""
+    name_map: our joint -> theirs (sim.retarget.joint_names.load), found from the names when None. Raises OSError, or
+    ValueError in one sentence, for a file that cannot be read or mapped."""
     return to_clip(bvh.read(path), path, name_map)
 
 

@@ -51,7 +51,7 @@ class Further:
         return result
 
     def arrives(self) -> dict:
-        """Statistic -> part -> the shares of the style's that arrive (measures.shares), offline and live, from neutral
+        """Statistic -> part -> the shares of the style's that arrive (metrics.shares), offline and live, from neutral
         walks to every style of the same performer walking."""
         gaps = {mode: {name: np.zeros(()) for name in measures.STATISTICS} for mode in ("offline", "live")}
         for target in self.styled:

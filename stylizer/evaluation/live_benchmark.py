@@ -339,13 +339,11 @@ def summarize(rows: Sequence[dict], neutral: Motion) -> dict:
     """Over the styles of one movement: means; shares of all gaps together; how far differences between clips arrive
     (the slope of the drawn figure over the clip's); the median error of speed, cadence and stride; beside them what the
     neutral motion does."""
-    result: dict[str, Any] = {name: _mean(measure_style[name] for measure_style in rows) for name in PER_STYLE}
+    result: dict[str, Any] = {name: _mean(row[name] for row in rows) for name in PER_STYLE}
     for name in ("mean_pose", "motion_amplitude"):
         result[name] = {
             group: {
-                whose: _weighted(
-                    [(measure_style[name][group][whose], measure_style[f"{name}_gap"][group]) for measure_style in rows]
-                )
+                whose: _weighted([(row[name][group][whose], row[f"{name}_gap"][group]) for row in rows])
                 for whose in ("drawn", "other_take")
             }
             for group in GROUP_JOINTS
@@ -354,8 +352,8 @@ def summarize(rows: Sequence[dict], neutral: Motion) -> dict:
         {
             name: float(
                 np.polyfit(
-                    [measure_style["clip"][name] for measure_style in rows],
-                    [measure_style[name] for measure_style in rows],
+                    [row["clip"][name] for row in rows],
+                    [row[name] for row in rows],
                     1,
                 )[0]
             )
@@ -364,21 +362,14 @@ def summarize(rows: Sequence[dict], neutral: Motion) -> dict:
         if len(rows) > 2
         else None
     )
-    errors = {
-        name: [
-            abs(measure_style[name] / measure_style["clip"][name] - 1)
-            for measure_style in rows
-            if measure_style["clip"][name]
-        ]
-        for name in GAIT
-    }
+    errors = {name: [abs(row[name] / row["clip"][name] - 1) for row in rows if row["clip"][name]] for name in GAIT}
     result["median_error"] = {name: float(np.median(values)) if values else None for name, values in errors.items()}
     own = gait_figures(neutral)
     return result | {
-        "clip_skate_cm_s": _mean(measure_style["clip"]["skate_cm_s"] for measure_style in rows),
+        "clip_skate_cm_s": _mean(row["clip"]["skate_cm_s"] for row in rows),
         "neutral_skate_cm_s": own["skate_cm_s"],
         "neutral_jerk": own["jerk"],
-        "speed": _mean(measure_style["speed"] for measure_style in rows),
+        "speed": _mean(row["speed"] for row in rows),
     }
 
 
@@ -438,8 +429,8 @@ def format_table(report: dict) -> str:
             "SRA",
             "top 3",
             "CRA",
-            "posture gap left",
-            "liveliness closed",
+            "mean pose gap left",
+            "amplitude gap closed",
             "slopes",
             "skate cm/s",
             "jerk m/s3",
@@ -478,9 +469,9 @@ def format_table(report: dict) -> str:
     walk = report["movements"].get("walk_1.3")
     if walk and walk["mean_pose"]["legs"]["other_take"] is not None:
         lines.append(
-            "another take of the same style, for walk_1.3: posture gap left "
+            "another take of the same style, for walk_1.3: mean pose gap left "
             + " ".join(f"{walk['mean_pose'][group]['other_take']:.2f}" for group in GROUP_JOINTS)
-            + ", liveliness closed "
+            + ", amplitude gap closed "
             + " ".join(f"{walk['motion_amplitude'][group]['other_take']:.2f}" for group in GROUP_JOINTS)
         )
     lines.append(

@@ -45,7 +45,7 @@ STATISTICS: dict[str, Statistic] = {"mean_pose": mean_pose, "motion_amplitude": 
 def part_distances(output: np.ndarray, content: np.ndarray, style: np.ndarray) -> np.ndarray:
     """How far a statistic (21, n) of the content has come to the style's, part by part: (3, 5).
 
-    Rows: LEFT |output - style|; GAP |content - style|; GONE, how far the output went along the straight way. Summed
+    Rows: LEFT |output - style|; GAP |content - style|; PROGRESS, how far the output went along the straight way. Summed
     over many pairs they give shares that little gaps do not blow up."""
 
     def length(a: np.ndarray) -> np.ndarray:
@@ -63,7 +63,7 @@ def part_distances(output: np.ndarray, content: np.ndarray, style: np.ndarray) -
 
 
 def shares(gaps: np.ndarray) -> dict[str, dict[str, float]]:
-    """Part -> `gap_closed`, 1 - what is left / what there was, and `progress`, the share of the way along the gap, from
+    """Part -> `closed`, 1 - what is left / what there was, and `progress`, the share of the way along the gap, from
     `part_distances`."""
     gap = np.maximum(gaps[GAP], 1e-9)
     gap_closed, progress = 1 - gaps[LEFT] / gap, gaps[PROGRESS] / gap

@@ -56,7 +56,7 @@ class Evaluation:
 
 
 def evaluate_transfer(data_dir: Path, folder: Path | None = None, progress: Progress | None = None) -> Evaluation:
-    """Trains the classifiers (or finds them trained), classifiers every network whose weights are there, measures the
+    """Trains the classifiers (or finds them trained), evaluates every network whose weights are there, measures the
     shipped one further.
 
     folder: where more weights lie than those shipped (full.safetensors ...). progress(steps) is given how much there is

@@ -27,13 +27,13 @@ def load_bank(name: str | None = None) -> StyleBank:
     return CodeBank(name)
 
 
-def make_stylizer(load_bank: Any) -> LiveStylizer:
+def make_stylizer(bank: Any) -> LiveStylizer:
     """The live stylizer of a bank, or of what is as much of one as it needs (stylizer.evaluation.playback.Styles)."""
-    if load_bank.system.by_part:
-        return LiveStylizer(load_bank)
+    if bank.system.by_part:
+        return LiveStylizer(bank)
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
 
-    return WholeBodyStylizer(load_bank)
+    return WholeBodyStylizer(bank)
 
 
 def from_pretrained(name: str | None = None) -> LiveStylizer:

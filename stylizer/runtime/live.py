@@ -1,8 +1,8 @@
 """The live stylizer: restyles the newest frame, body part by body part, sixty times a second.
 
-Per joint, the rotation from the neutral to the styled pose is smoothed, scaled by the part's strength and applied to
-the neutral pose. So the neutral motion passes through untouched, strength 0 is the neutral pose exactly, and the
-network's noise is damped."""
+Per joint, the rotation from the pose in the own style to the pose in the style is smoothed, scaled by the part's
+strength and applied to the neutral pose. So the neutral motion passes through untouched, strength 0 is the neutral pose
+exactly, and the network's noise is damped."""
 
 from itertools import groupby
 from pathlib import Path

@@ -40,7 +40,8 @@ from stylizer.systems.whole_body import WholeBody, combine_joints, joints_by_cod
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
 FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
 SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
-# windows from which a style is read: of a clip of seconds, of a longer one; as bank.WINDOWS, or a multiple
+# windows from which a style is read: of a clip of seconds, of a longer one; as stylizer.styles.encoding.TOKEN_WINDOWS,
+# or a multiple
 FEW, MANY = 3, 12
 Network = MotionPuzzle | WholeBody
 

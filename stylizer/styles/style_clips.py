@@ -248,7 +248,7 @@ class StyleClips:
 
     @cached_property
     def _shapes(self) -> dict[int, list[tuple[int, ...]]]:
-        """By level the shapes, without the batch axis, of a PartStyle's fields."""
+        """By level the shapes, without the batch axis, of a BlockFeatures's fields."""
         return {level: [(t.shape[0], *t.shape[2:]) for t in part] for level, part in self._interpolated.items()}
 
     @cached_property
@@ -257,7 +257,7 @@ class StyleClips:
         return torch.cat([t.transpose(0, 1).flatten(1) for part in self._interpolated.values() for t in part], dim=1)
 
     def _split(self, flat: Tensor) -> list[list[Tensor]]:
-        """(B, N) -> by level the fields of a PartStyle, flat."""
+        """(B, N) -> by level the fields of a BlockFeatures, flat."""
         sizes = [int(np.prod(shape)) for shapes in self._shapes.values() for shape in shapes]
         pieces, result = iter(flat.split(sizes, dim=1)), []
         for shapes in self._shapes.values():

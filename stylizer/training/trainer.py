@@ -111,9 +111,7 @@ class Trainer:
 
     def _close_row(self) -> None:
         means = {
-            name: float(
-                np.mean([compute_losses[name] for compute_losses in self.recent if name in compute_losses] or [np.nan])
-            )
+            name: float(np.mean([losses[name] for losses in self.recent if name in losses] or [np.nan]))
             for name in self.recipe.weights
         }
         self.rows.append({"step": self.step, "minutes": self.spent / 60, **means})

@@ -121,7 +121,7 @@ class FastInference:
         # last samples of level 2 that the last of level 1 can see
         self.needed = (1 + last.reach + 1) // 2
         self.root_condition = _RootCondition(model.root_condition) if model.root_condition else None
-        self.prototypes = _KeyPoses(model.key_poses) if model.key_poses else None
+        self.pose_table = _KeyPoses(model.key_poses) if model.key_poses else None
         self._views: dict[int, tuple[StyleFeatures, dict[int, _Features]]] = {}
 
     @staticmethod
@@ -159,7 +159,7 @@ class FastInference:
         own: StyleFeatures,
     ) -> tuple[np.ndarray, np.ndarray]:
         """As TorchInference.key_poses."""
-        if not self.prototypes:
+        if not self.pose_table:
             return poses, poses
         normalized = ((poses - self.mean) / self.deviation).astype(np.float32)
         forward, known = known_direction(root_velocities)
@@ -167,11 +167,11 @@ class FastInference:
             (np.array([root_velocities, own_root_velocities, forward]) - self.mean[0, ROOT]) / self.deviation[0, ROOT]
         ).astype(np.float32)
         known = known_by_part(known).swapaxes(0, 1)
-        pose_statistics = np.zeros((2, *poses.shape))
-        pose_statistics[..., BODY] = self.prototypes(
+        poses_in_styles = np.zeros((2, *poses.shape))
+        poses_in_styles[..., BODY] = self.pose_table(
             normalized, root_velocities, known, *(self._seen(each)[KEY_POSES] for each in (style, own))
         )
-        styled, rebuilt = pose_statistics * self.deviation + self.mean
+        styled, rebuilt = poses_in_styles * self.deviation + self.mean
         return styled, rebuilt
 
     def _seen(self, style: StyleFeatures) -> dict[int, _Features]:

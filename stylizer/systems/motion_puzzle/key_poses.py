@@ -1,7 +1,7 @@
 """Key poses: what a style looks like at the moments that movements have in common, put straight on the decoder's
 output.
 
-The attention of BP-ATN (Jang et al. 2022, Sec. 4.4) at the resolution of joints: each body part has MOMENTS that it
+The attention of BP-ATN (Jang et al. 2022, Sec. 4.4) at the resolution of joints: each body part has moments that it
 learned to tell, most of them steps of a gait. A style clip says how the part is held in each of them (its key poses),
 the content says which moment it is in, and so the style's own pose for that moment arrives without passing through two
 averaged vertices a part. Two styles have their key poses for the same moments, so they can be blended, and what a style

@@ -119,8 +119,8 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     """Reconstruction, root and smoothness of the paper, without its cycles; and what presses on style and on the live
     stream:
 
-    posture, how restyled parts are held and how lively they are (see `mean_pose_loss`); imitation, the matched step of
-    the exemplar (see `imitate`); direction_transfer, what key poses say of another root velocity (see
+    mean_pose, how restyled parts are held and how lively they are (see `mean_pose_loss`); imitation, the matched step
+    of the exemplar (see `imitate`); direction_transfer, what key poses say of another root velocity (see
     `_transfer_loss`); stream, the newest samples must be what a later window says of the same instants."""
     use_target, now = inputs.use_target, inputs.source[:, :, -WINDOW:]
     later = [inputs.later] if "stream" in recipe.active(late) else []

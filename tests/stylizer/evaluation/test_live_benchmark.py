@@ -1,4 +1,4 @@
-"""The live evaluation: what it measures, and that its report has what DESIGN.md promises."""
+"""The live evaluation: what it measures, and that its report has what it promises."""
 
 from types import SimpleNamespace
 
