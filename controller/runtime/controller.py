@@ -60,6 +60,7 @@ class PhaseFunctionedController:
     @classmethod
     def from_pretrained(cls, name: str = checkpoint.MODEL) -> "PhaseFunctionedController":
         """The shipped controller. Raises ValueError where its weights are missing or do not fit."""
+        set_up_torch()  # before the first operation, which would start threads that then stay
         return cls(checkpoint.load(name), checkpoint.fingerprint(name))
 
     def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
