@@ -54,8 +54,8 @@ def load_controller() -> PhaseFunctionedController:
 
 
 def load_stylizer(name: str | None = None) -> LiveStylizer:
-    """A live stylizer, with the bundled styles and the user's own in its `bank`: None for Motion Puzzle, or unpaired,
-    diverse, latent."""
+    """A live stylizer, with the bundled styles and the user's own in its `bank`: None for Motion Puzzle, or joints,
+    unpaired, diverse, latent."""
     return catalogue.from_pretrained(name)
 
 

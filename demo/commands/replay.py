@@ -18,7 +18,7 @@ VMC_HELP = (
     "unless told otherwise"
 )
 STYLIZER_HELP = (
-    "the style-transfer system: slim (Motion Puzzle, the default), unpaired, diverse, latent, or other weights "
+    "the style-transfer system: slim (Motion Puzzle, the default), joints, unpaired, diverse, latent, or other weights "
     "of the package by name"
 )
 OUTPUTS = {  # kind, as in demo.export.export.WRITERS: (metavar, help)

@@ -44,8 +44,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--network",
         metavar="NAME",
         help="stylizer only: slim (default), full, large, paper_slim, or an ablation: no_key_poses, "
-        "no_attention, whole_body_adain; or another system: unpaired, diverse, latent, "
-        "latent_unlabelled, latent_vae",
+        "no_attention, whole_body_adain, key_poses_alone; joints, joints_half_second; or another system: "
+        "unpaired, diverse, diverse_full, latent, latent_unlabelled, latent_vae",
     )
     parser.add_argument("--recipe", metavar="NAME", help="stylizer only: ours (default) or paper, its losses alone")
     parser.add_argument(

@@ -52,6 +52,8 @@ class Batch:
 class Sampler:
     """Draws batches; its random state can be saved, so that training resumes exactly."""
 
+    OWN_SAMPLES = CLIP_WINDOW  # in which the source's own style is seen
+
     def __init__(self, data: MotionData, seed: int) -> None:
         self.data = data
         self.source_weights, self.target_weights = data.weights()
@@ -103,7 +105,7 @@ class Sampler:
                 alike = self.alike[source.performer_style]
                 source, pace = alike[self.random.choice(len(alike))], 1.0
             end = self.random.uniform(0, source.frames - 1)
-        return self._window(source, end, CLIP_WINDOW, pace, flip)
+        return self._window(source, end, self.OWN_SAMPLES, pace, flip)
 
     def exemplar(self, target: PackedClip, root_velocity: np.ndarray) -> PackedClip:
         """A clip of the target's style whose mean root velocity (see `_root_velocity`) is about `root_velocity`:

@@ -3,9 +3,11 @@
 from typing import Any
 
 from sim.torch_setup import set_up_torch
+from stylizer.runtime.joint_live import JointStylizer
 from stylizer.runtime.live import LiveStylizer
-from stylizer.styles.bank import StyleBank
+from stylizer.styles.bank import BUNDLED, StyleBank
 from stylizer.systems import checkpoint
+from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 
 
 def names() -> tuple[str, ...]:
@@ -21,7 +23,7 @@ def load_bank(name: str | None = None) -> StyleBank:
     set_up_torch()
     name = name or checkpoint.SLIM
     if checkpoint.system(name).by_part:
-        return StyleBank(name)
+        return StyleBank(name) if name == checkpoint.SLIM else StyleBank(name, BUNDLED / name)
     from stylizer.styles.code_bank import CodeBank
 
     return CodeBank(name)
@@ -30,7 +32,7 @@ def load_bank(name: str | None = None) -> StyleBank:
 def make_stylizer(bank: Any) -> LiveStylizer:
     """The live stylizer of a bank, or of what is as much of one as it needs (stylizer.evaluation.playback.Styles)."""
     if bank.system.by_part:
-        return LiveStylizer(bank)
+        return (JointStylizer if isinstance(bank.model, JointPuzzle) else LiveStylizer)(bank)
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
 
     return WholeBodyStylizer(bank)

@@ -18,6 +18,7 @@ from sim.motion.contacts import foot_contacts
 from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features
 from sim.retarget.retarget import load_clip
 from sim.style_spec import PartLike, StyleSpec
+from stylizer.runtime.joint_offline import evaluate_joints
 from stylizer.runtime.overlap import evaluate_overlapping
 from stylizer.runtime.pose_delta import (
     ARM_PARTS,
@@ -30,9 +31,10 @@ from stylizer.runtime.pose_delta import (
     unwrap_frames,
 )
 from stylizer.styles.bank import StyleBank
-from stylizer.styles.encoding import encode
+from stylizer.styles.encoding import encode, encode_motion
 from stylizer.styles.style_clips import SHORTEST, StyleClips, single_clip
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
+from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, interpolate, stack_parts
 from stylizer.systems.whole_body import WholeBody, combine_joints, joints_by_code, stylize_windows
@@ -107,6 +109,8 @@ def evaluate(model: Network, features: np.ndarray, style: Mapping[str, ResolvedS
     """The network's own output (frames, 21, 15) for the content's features, before anything is put in order."""
     if isinstance(model, WholeBody):
         return evaluate_whole_body(model, features, style)
+    if isinstance(model, JointPuzzle):
+        return evaluate_joints(model, features, encode_clip(model, features), style)
     return evaluate_by_part(model, features, style)
 
 
@@ -135,6 +139,8 @@ def evaluate_whole_body(model: WholeBody, features: np.ndarray, style: Mapping[s
 def encode_clip(model: Network, features: np.ndarray, label: str | None = None) -> StyleClips:
     """The style of a clip's features (frames, 21, 15) of any length; one shorter than a window is repeated. label: its
     domain, for a whole-body system that knows it."""
+    if isinstance(model, JointPuzzle):
+        return encode_motion(model, features)
     count = FEW if len(features) < MANY * SHORTEST else MANY
     starts = np.linspace(0, max(len(features) - SHORTEST, 0), count).round().astype(int)
     windows = features[(starts[:, None] + STRIDE * np.arange(STYLE_WINDOW)) % len(features)]

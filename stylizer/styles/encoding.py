@@ -9,8 +9,11 @@ from sim.math import rotations as rot
 from sim.motion.features import LAYOUT
 from sim.motion.gait import cycle_at
 from stylizer.networks.layers import BlockFeatures
-from stylizer.styles.style_clips import BODY, Gait, OwnMotion, StyleClips
+from stylizer.styles import joint_tokens
+from stylizer.styles.style_clips import BODY, SHORTEST, Gait, OwnMotion, StyleClips, movements_in, no_cycles
 from stylizer.systems.motion_puzzle.config import KEY_POSES
+from stylizer.systems.motion_puzzle.joint_config import JOINTS
+from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.motion_puzzle.key_poses import KeyPoses
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.motion_puzzle.style_tensors import cat_batch
@@ -23,6 +26,8 @@ TOKEN_WINDOWS = 3  # windows of a clip that attention looks at: as many for ever
 def encode(model: MotionPuzzle, windows: np.ndarray) -> dict[int, BlockFeatures]:
     """The style of one clip from its windows (m, WINDOW, 21, 15), as a batch of 1: AdaIN scale and bias averaged over
     them, key poses of all, attention tokens of TOKEN_WINDOWS."""
+    if isinstance(model, JointPuzzle):
+        return joint_tokens.encode_clip_tokens(model, windows, no_cycles(1)[0], 0.0)
     motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
     style = model.encode_style(motion, motion.flatten(1, 2)[:, None])
     seen = torch.from_numpy(np.linspace(0, len(windows) - 1, TOKEN_WINDOWS).round().astype(int))
@@ -37,19 +42,39 @@ def encode(model: MotionPuzzle, windows: np.ndarray) -> dict[int, BlockFeatures]
 
 
 def encode_clips(
-    model: MotionPuzzle, windows: Sequence[np.ndarray], gait: Gait, own: OwnMotion | None = None
+    model: MotionPuzzle | JointPuzzle, windows: Sequence[np.ndarray], gait: Gait, own: OwnMotion | None = None
 ) -> StyleClips:
     """A style from the windows (m, WINDOW, 21, 15) of each of its clips.
 
     own: the motion that will be restyled, to whose strides its key poses are fitted; None for that motion's own
     style."""
-    style = StyleClips(cat_batch([encode(model, each) for each in windows]), gait)
+    if isinstance(model, JointPuzzle):
+        style = StyleClips(joint_tokens.encode_style_tokens(model, windows, gait), gait)
+    else:
+        style = StyleClips(cat_batch([encode(model, each) for each in windows]), gait)
     return refit_clips(model, style, own) if own else style
 
 
-def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> StyleClips:
+def encode_motion(model: JointPuzzle, features: np.ndarray) -> StyleClips:
+    """A style from all that features (frames, 21, 15) show; ones shorter than a window are repeated."""
+    features = np.tile(features, (-(-SHORTEST // len(features)), 1, 1))
+    movements = movements_in(features)
+    return encode_clips(model, [m.windows for m in movements], Gait.of(movements))
+
+
+def encode_own(model: MotionPuzzle | JointPuzzle, own: OwnMotion) -> StyleClips:
+    """The own style of the motion `own`."""
+    if isinstance(model, JointPuzzle):
+        return StyleClips(joint_tokens.encode_own_tokens(model, own), own.gait)
+    return encode_clips(model, own.windows, own.gait)
+
+
+def refit_clips(model: MotionPuzzle | JointPuzzle, style: StyleClips, own: OwnMotion) -> StyleClips:
     """A style, whatever motion it was made for, for another one, `own`: its key poses are fitted to that one's
     strides."""
+    if isinstance(model, JointPuzzle):
+        fitted = joint_tokens.refit_tokens(model, style.features[JOINTS], style.gait, own)
+        return StyleClips({JOINTS: _reconcile_clips(model, fitted, style.gait)}, style.gait)
     if not model.key_poses:
         return style
     strides = {name: _own_strides(model, name, own) for name in dict.fromkeys(style.gait.movements)}
@@ -62,7 +87,7 @@ def refit_clips(model: MotionPuzzle, style: StyleClips, own: OwnMotion) -> Style
     return StyleClips(style.features | {KEY_POSES: _reconcile_clips(model.key_poses, fitted, style.gait)}, style.gait)
 
 
-def _reconcile_clips(key_poses: KeyPoses, style: BlockFeatures, gait: Gait) -> BlockFeatures:
+def _reconcile_clips(model: KeyPoses | JointPuzzle, style: BlockFeatures, gait: Gait) -> BlockFeatures:
     """Key poses of n clips in which clips that show one movement hold every joint alike enough to be interpolated: a
     joint that they hold in turns far apart, as who dances with the arms does, is taken from the first of them in
     all."""
@@ -71,7 +96,7 @@ def _reconcile_clips(key_poses: KeyPoses, style: BlockFeatures, gait: Gait) -> B
         halfway = gait.cycles[[first, place], 0][..., LAYOUT["rotation"]].mean(axis=0)
         joints = rot.length(rot.cross(halfway[:, :3], halfway[:, 3:]))[:, 0] < FAR_APART
         if first < place and joints.any() and gait.cycles[place].any():
-            style = key_poses.take_joints(style, place, first, torch.from_numpy(joints))
+            style = model.take_joints(style, place, first, torch.from_numpy(joints))
     return style
 
 

@@ -20,7 +20,7 @@ from sim.motion.gait import stride_phase
 from sim.motion.thresholds import STYLE_WALK_OR_RUN
 from sim.protocols import Controller
 from stylizer.styles import style_file
-from stylizer.styles.encoding import encode_clips
+from stylizer.styles.encoding import encode_own
 from stylizer.styles.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
@@ -105,7 +105,7 @@ def write_own_style(folder: Path, motion: OwnMotion, model: MotionPuzzle, finger
     style_file.write(
         folder / f"{OWN}.safetensors",
         OWN,
-        encode_clips(model, motion.windows, motion.gait),
+        encode_own(model, motion),
         header,
         motion.windows,
         phases=np.concatenate(motion.phases),

@@ -55,6 +55,14 @@ SYSTEMS = {
             has_attention=True,
         ),
         System(
+            "motion-puzzle-joints",
+            "motion_puzzle.joint_model",
+            "JointPuzzle",
+            "motion_puzzle.joint_config",
+            by_part=True,
+            has_attention=True,
+        ),
+        System(
             "unpaired",
             "unpaired",
             "Unpaired",

@@ -18,38 +18,54 @@ from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import OwnMotion, StyleClips
 from stylizer.styles.style_file import gait_tensors, read_checked, read_gait, read_own_motion, write
 from stylizer.systems import checkpoint
+from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
 
 def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]:
     """Writes into out_dir, for a controller that moves like `own`: the own style, and all other styles of the folder
-    `styles`, those of Motion Puzzle and the codes of the whole-body systems. Returns the files.
+    `styles`, those of every network that takes styles by part and the codes of the whole-body systems. Returns the
+    files.
 
     Raises ValueError, and writes nothing, where weights or styles are missing or do not belong together."""
     out_dir = Path(out_dir)
-    puzzle = {path: read_checked(path) for path in sorted(styles.glob("*.safetensors")) if path.stem != OWN}
+    folders = {styles: checkpoint.SLIM} | {
+        folder: folder.name for folder in sorted(styles.iterdir()) if folder.is_dir() and folder.name != FOLDER
+    }
+    files = {
+        path: read_checked(path)
+        for folder in folders
+        for path in sorted(folder.glob("*.safetensors"))
+        if path.stem != OWN
+    }
     codes = {path: checkpoint.read(path) for path in sorted((styles / FOLDER).glob("*.safetensors"))}
-    model, fingerprint = checkpoint.load()
+    networks = {folder: checkpoint.load(name) for folder, name in folders.items()}
     systems = {path: checkpoint.load(path.stem) for path in codes}
-    for path, (header, _) in (puzzle | codes).items():
-        if header.get("weights") != systems.get(path, (model, fingerprint))[1]:
+    for path, (header, _) in (files | codes).items():
+        if header.get("weights") != (systems.get(path) or networks[path.parent])[1]:
             raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
         if "movements" not in header:
             raise ValueError(f"{path} was made by another version of Patchwalk: reinstall it or train again")
 
-    own_style.write_own_style(out_dir, own, model, fingerprint)
+    for folder, network in networks.items():
+        own_style.write_own_style(out_dir / folder.relative_to(styles), own, *network)
     # as every later reader finds it: the file keeps half precision
     own = read_own_motion(out_dir / f"{OWN}.safetensors")
-    for path, file in puzzle.items():
-        _write_style(out_dir / path.name, model, own, *file)
+    for path, file in files.items():
+        _write_style(out_dir / path.relative_to(styles), networks[path.parent][0], own, *file)
     for path, file in codes.items():
         _write_codes(out_dir / FOLDER / path.name, systems[path][0], own, *file)
-    return [out_dir / f"{OWN}.safetensors", *(out_dir / path.relative_to(styles) for path in (*puzzle, *codes))]
+    written = [*(folder / f"{OWN}.safetensors" for folder in folders), *files, *codes]
+    return [out_dir / path.relative_to(styles) for path in written]
 
 
 def _write_style(
-    path: Path, model: MotionPuzzle, own: OwnMotion, header: dict[str, str], tensors: dict[str, torch.Tensor]
+    path: Path,
+    model: MotionPuzzle | JointPuzzle,
+    own: OwnMotion,
+    header: dict[str, str],
+    tensors: dict[str, torch.Tensor],
 ) -> None:
     """A style of Motion Puzzle, given as its file for another controller."""
     features = {

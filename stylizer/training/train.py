@@ -16,11 +16,19 @@ from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.objective import RECIPES
 from stylizer.systems.registry import all_networks
 from stylizer.training.distributed import Processes, wait
+from stylizer.training.train_joints import JointTrainer
 from stylizer.training.train_systems import SystemTrainer
 from stylizer.training.trainer import Trainer
 
 CHECKPOINT_SECONDS = 240
 
+# Trainers of the systems that have one recipe, by kind.
+ONE_RECIPE: dict[str, Callable[[MotionData, str, int], Trainer]] = {
+    "motion-puzzle-joints": JointTrainer,
+    "unpaired": SystemTrainer,
+    "diverse": SystemTrainer,
+    "latent": SystemTrainer,
+}
 T = TypeVar("T")
 
 
@@ -90,10 +98,10 @@ def train(
 def make_trainer(network: str, recipe: str) -> Callable[[MotionData, int], Trainer]:
     """What makes the trainer of a network, of data and a seed. Raises ValueError for unknown names."""
     system = look_up(all_networks(), network, "network")
-    if not system.by_part:
+    if system.kind in ONE_RECIPE:
         if recipe != "ours":
             raise ValueError(f"{network} has one recipe: leave --recipe out")
-        return lambda data, seed: SystemTrainer(data, network, seed)
+        return lambda data, seed: ONE_RECIPE[system.kind](data, network, seed)
     how = look_up(RECIPES, recipe, "recipe")
     return lambda data, seed: Trainer(data, system.load_configs()[network], how, seed)
 

@@ -23,7 +23,7 @@ KEPT = 16  # styles whose numbers are kept at hand
 Condition = tuple[np.ndarray | float, np.ndarray | float]  # what is added to scale and bias
 
 
-class _Features(NamedTuple):
+class NumpyFeatures(NamedTuple):
     """stylizer.networks.layers.BlockFeatures as numpy sees them, batch first."""
 
     scale: np.ndarray
@@ -122,7 +122,7 @@ class FastInference:
         self.needed = (1 + last.reach + 1) // 2
         self.root_condition = _RootCondition(model.root_condition) if model.root_condition else None
         self.pose_table = _KeyPoses(model.key_poses) if model.key_poses else None
-        self._views: dict[int, tuple[StyleFeatures, dict[int, _Features]]] = {}
+        self._views: dict[int, tuple[StyleFeatures, dict[int, NumpyFeatures]]] = {}
 
     @staticmethod
     def fits(config: Config) -> bool:
@@ -174,13 +174,13 @@ class FastInference:
         styled, rebuilt = poses_in_styles * self.deviation + self.mean
         return styled, rebuilt
 
-    def _seen(self, style: StyleFeatures) -> dict[int, _Features]:
+    def _seen(self, style: StyleFeatures) -> dict[int, NumpyFeatures]:
         """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
         known = self._views.get(id(style))
         if known is None or known[0] is not style:
             known = (
                 style,
-                {level: _Features(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
+                {level: NumpyFeatures(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
             )
             self._views = dict([*self._views.items()][-KEPT:]) | {id(style): known}
         return known[1]
@@ -237,8 +237,8 @@ class _KeyPoses:
         poses: np.ndarray,
         root_velocities: np.ndarray,
         known: np.ndarray,
-        style: _Features,
-        own: _Features,
+        style: NumpyFeatures,
+        own: NumpyFeatures,
     ) -> np.ndarray:
         """The moment that normalized poses (batch, 21, 15) are in, with a style and with their own: (2, batch, 21, 12).
         root_velocities: (3, batch, 3) of the body, of the poses' own motion, and what of the first translation knows,
@@ -260,7 +260,7 @@ class _KeyPoses:
         moves[0] = moves[1] + kernel * (moves[0] - moves[1])
         return (mean + shift + moves).reshape(2, len(poses), -1, BODY.stop)[:, :, self.joints]
 
-    def _attend(self, pose: np.ndarray, own: _Features) -> np.ndarray:
+    def _attend(self, pose: np.ndarray, own: NumpyFeatures) -> np.ndarray:
         """(batch, 5, prototypes)"""
         mean, deviation = (
             own.scale[..., field].reshape(len(own.scale), -1, BODY.stop)[:, self.joints] for field in self.fields[:2]
@@ -333,7 +333,9 @@ class _StyleNet:
         self.conv1, self.conv2, self.query = _Conv(net.conv1), _Conv(net.conv2), _Linear(net.attention.query)
         self.reach = net.reach
 
-    def __call__(self, x: np.ndarray, styles: list[_Features], conditions: Condition, last: int | None) -> np.ndarray:
+    def __call__(
+        self, x: np.ndarray, styles: list[NumpyFeatures], conditions: Condition, last: int | None
+    ) -> np.ndarray:
         """conditions: what the root velocity adds to scale and bias. -> (styles batch, V, T, C), the `last` samples
         alone where they are given."""
         shape = x.shape

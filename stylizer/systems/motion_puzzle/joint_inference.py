@@ -1,0 +1,110 @@
+"""Motion Puzzle at the resolution of joints as it runs live: the newest sample alone, in numpy, equal to
+stylizer.systems.motion_puzzle.joint_model up to rounding. A query looks at a few poses of the last half second."""
+
+import numpy as np
+import torch
+
+from sim.motion.features import WINDOW
+from stylizer.systems.motion_puzzle.fast_inference import NumpyFeatures
+from stylizer.systems.motion_puzzle.joint_config import JOINTS, JointConfig
+from stylizer.systems.motion_puzzle.joint_model import BODY, GAIT_WIDTH, LEGS, MOVING, QUIET, ROOT, JointPuzzle
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
+
+KEPT = 16  # styles whose numbers are kept at hand
+
+
+class TorchJointInference:
+    """The network for the live stylizer, whatever its configuration."""
+
+    def __init__(self, model: JointPuzzle) -> None:
+        self.model = model
+
+    @torch.inference_mode()
+    def restyle(
+        self, windows: np.ndarray, velocities: np.ndarray, style: StyleFeatures, own: StyleFeatures
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What the newest sample of windows (batch, WINDOW, 21, 15) is in a style, of bodies whose roots move at mean
+        velocities (batch, 3), and what it is in its own: features (batch, 21, 15) both."""
+        motion = self.model.normalize(torch.from_numpy(windows.astype(np.float32)))
+        both = self.model(motion, style, own, 1, torch.from_numpy(velocities.astype(np.float32)))
+        styled, rebuilt = (self.model.restore(each)[:, 0].double().numpy() for each in both)
+        return styled, rebuilt
+
+
+class FastJointInference:
+    """The shipped network, made for speed: arrays are batch first."""
+
+    def __init__(self, model: JointPuzzle) -> None:
+        """model: one that `fits`."""
+        self.config, self.joints = model.config, model.parts.back.numpy()
+        self.mean, self.deviation = (values.numpy()[:, 0, 0] for values in (model.mean, model.deviation))
+        self.seen = WINDOW - 1 - np.array(model.config.lags)
+        moments = model.moments
+        body = moments.body.weight.detach().numpy().reshape(len(model.config.lags), -1, moments.body.in_features)
+        self.body = body.swapaxes(1, 2).reshape(-1, body.shape[1]).copy()  # (lags 252, hidden)
+        self.root, self.code = (
+            (layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy())
+            for layer in (moments.root, moments.code)
+        )
+        self._views: dict[int, tuple[StyleFeatures, NumpyFeatures]] = {}
+
+    @staticmethod
+    def fits(config: JointConfig) -> bool:
+        return config.attention and config.by_part
+
+    def restyle(
+        self, windows: np.ndarray, velocities: np.ndarray, style: StyleFeatures, own: StyleFeatures
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """As TorchJointInference.restyle."""
+        poses = ((windows[:, self.seen] - self.mean) / self.deviation).astype(np.float32)
+        of_style, of_own = self._numbers(style), self._numbers(own)
+        query = self._query(poses, of_own)
+        moves, own_moves = (self._found(query, each) for each in (of_style, of_own))
+        speed = np.hypot(velocities[:, 0], velocities[:, 1])[:, None, None]
+        (mean, there), (ours, _) = (np.split(each.bias, 2, axis=-1) for each in (of_style, of_own))
+        apart = np.square(of_style.scale[..., mean.shape[-1] :] - velocities[:, None]).sum(axis=-1, keepdims=True)
+        same = np.exp(-np.square(apart / GAIT_WIDTH**2)).astype(np.float32)
+        theirs = np.where(LEGS[:, 0], mean + (1 - same) * (ours - there), mean)
+        share = same * np.clip((speed - MOVING[0]) / (MOVING[1] - MOVING[0]), 0, 1).astype(np.float32)
+        poses_in_styles = np.zeros((2, *windows[:, -1].shape))
+        poses_in_styles[..., BODY] = self._of_joints(
+            np.array([theirs + own_moves + share * (moves - own_moves), ours + own_moves])
+        )
+        styled, rebuilt = poses_in_styles * self.deviation + self.mean
+        return styled, rebuilt
+
+    def _query(self, poses: np.ndarray, own: NumpyFeatures) -> np.ndarray:
+        """(batch, code) of normalized poses (batch, lags, 21, 15) in a style."""
+        mean, deviation = (
+            self._of_joints(each[..., : own.values.shape[-1]])[:, None] for each in (own.bias, own.scale)
+        )
+        bare = (poses[..., BODY] - mean) / (deviation + np.float32(QUIET))
+        bare /= np.sqrt(1 + np.square(bare).sum(axis=(2, 3), keepdims=True) / bare[0, 0].size)
+        (root, root_bias), (weight, bias) = self.root, self.code
+        hidden = bare.reshape(len(bare), -1) @ self.body + (poses[:, 0, 0, ROOT] @ root + root_bias)
+        code = np.maximum(hidden, np.float32(0.2) * hidden) @ weight + bias
+        return code / np.sqrt(np.square(code).sum(axis=-1, keepdims=True))
+
+    def _found(self, query: np.ndarray, style: NumpyFeatures) -> np.ndarray:
+        """What queries (batch, code) find in a style's tokens: (batch, 5, n 12)."""
+        score = np.float32(self.config.sharpness) * (style.keys @ query[:, None, :, None])[..., 0]
+        weight = np.exp(score - score.max(axis=-1, keepdims=True))
+        weight /= weight.sum(axis=-1, keepdims=True)
+        return (weight[..., None, :] @ style.values)[..., 0, :]
+
+    def _of_joints(self, values: np.ndarray) -> np.ndarray:
+        """(..., 5, n 12) -> (..., 21, 12)"""
+        return values.reshape(*values.shape[:-2], -1, BODY.stop)[..., self.joints, :]
+
+    def _numbers(self, style: StyleFeatures) -> NumpyFeatures:
+        """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
+        known = self._views.get(id(style))
+        if known is None or known[0] is not style:
+            known = style, NumpyFeatures(*(t.numpy().swapaxes(0, 1) for t in style[JOINTS]))
+            self._views = dict([*self._views.items()][-KEPT:]) | {id(style): known}
+        return known[1]
+
+
+def to_joint_inference(model: JointPuzzle) -> "TorchJointInference | FastJointInference":
+    """The quick one for a network of the shape that is shipped; another one runs as it is."""
+    return FastJointInference(model) if FastJointInference.fits(model.config) else TorchJointInference(model)

@@ -1,0 +1,198 @@
+"""Motion Puzzle (Jang et al., ACM TOG 41(3), 2022) at the resolution of joints: BP-AdaIN and BP-ATN on the poses
+themselves.
+
+The paper attends to features of a few averaged vertices and decodes what it finds. Here the values of the attention are
+poses, so nothing has to be decoded: a style token is a body part at one moment of the style's clip, its value how the
+part's joints are held, its key what a small temporal convolution says of the half second up to that moment. The
+content's last half second, through the same convolution, is the query. What it says is the moment, not the style, for
+it sees motion normalized by the mean and deviation of its own style.
+
+Motion is (joint, batch, time, number); what belongs to a body part is (part, batch, ..., n 12) of its n joints, shorter
+parts filled up."""
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from sim.body.skeleton import JOINT_COUNT, PARTS
+from sim.motion.features import LAYOUT
+from stylizer.networks.graph import LEVELS
+from stylizer.networks.layers import BlockFeatures, Parts, leaky, moments
+from stylizer.networks.normalization import Scaled
+from stylizer.systems.motion_puzzle.joint_config import JOINTS, JointConfig
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
+
+ROOT = LAYOUT["root"]
+BODY = slice(0, ROOT.start)  # all but the way over the floor, which is the content's
+QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves tells little
+FAINT = 1e-6  # added to variances
+GAIT_WIDTH = 1.4  # metres (radians) a second by which root velocities of one gait differ at most
+LEGS = torch.tensor([name.endswith("leg") for name in PARTS])[:, None, None]
+MOVING = (0.05, 0.35)  # metres a second between which standing becomes going: who stands makes no style's steps
+
+
+class MomentEncoder(nn.Module):
+    """E_c, and the key side of E_s: a temporal convolution that tells the moment a body is in."""
+
+    def __init__(self, config: JointConfig) -> None:
+        super().__init__()
+        self.lags = config.lags
+        self.body = nn.Linear(JOINT_COUNT * BODY.stop, config.hidden * len(config.lags), bias=False)
+        self.root = nn.Linear(ROOT.stop - ROOT.start, config.hidden)
+        self.code = nn.Linear(config.hidden, config.code)
+
+    def forward(self, motion: Tensor, mean: Tensor, deviation: Tensor, last: int) -> Tensor:
+        """The codes (B, last, code), of length 1, of the last samples of normalized motion (21, B, T, 15) in a style of
+        that mean and deviation, (21, B, 1, 12)."""
+        given = self.body(remove_style(motion[..., BODY], mean, deviation).permute(1, 2, 0, 3).flatten(2))
+        given = given.unflatten(2, (len(self.lags), -1))  # (B, T, lags, hidden)
+        when = torch.arange(motion.shape[2] - last, motion.shape[2], device=motion.device)
+        seen = [given[:, (when - lag).clamp(min=0), place] for place, lag in enumerate(self.lags)]
+        return self._code(sum(seen), motion[0, :, -last:, ROOT])
+
+    def at(self, poses: Tensor, mean: Tensor, deviation: Tensor) -> Tensor:
+        """The codes (B, T, code) of T moments, given by the normalized poses at each lag before them, (21, B, T, lags,
+        15)."""
+        seen = remove_style(poses[..., BODY], mean[:, :, None], deviation[:, :, None], (0, 4))
+        weight = self.body.weight.unflatten(0, (len(self.lags), -1))  # (lags, hidden, 252)
+        hidden = torch.einsum("btlx,lhx->bth", seen.permute(1, 2, 3, 0, 4).flatten(3), weight)
+        return self._code(hidden, poses[0, :, :, 0, ROOT])
+
+    def _code(self, hidden: Tensor, root: Tensor) -> Tensor:
+        return F.normalize(self.code(leaky(hidden + self.root(root))), dim=2)
+
+
+class JointPuzzle(Scaled):
+    """The whole network. As a `BlockFeatures` the style of C clips is, with C along the batch: scale (5, C, n 12 + 3),
+    the deviation of its poses, and behind it its mean root velocity; bias (5, C, 2 n 12), their mean, and behind it the
+    mean of the own style that moves so; keys (5, C, S, code) and values (5, C, S, n 12), S tokens, as poses about the
+    mean."""
+
+    KIND, CONFIG = "motion-puzzle-joints", JointConfig
+
+    def __init__(self, config: JointConfig) -> None:
+        super().__init__(config)
+        self.parts = Parts(LEVELS[1])
+        self.moments = MomentEncoder(config)
+
+    # The style's side, computed once a style.
+
+    def encode_style(self, clip: Tensor, tokens: int) -> StyleFeatures:
+        """The style of normalized clips (21, B, T, 15): their statistics, and as tokens their last samples."""
+        mean, deviation = self.statistics(clip)
+        keys = self.moments(clip[:, :, -tokens - max(self.config.lags) :], mean, deviation, tokens)
+        values = self.by_part(clip[:, :, -tokens:, BODY] - mean)
+        return {JOINTS: self.style_side(mean, deviation, self.velocity(clip), keys, values)}
+
+    def statistics(self, clip: Tensor) -> tuple[Tensor, Tensor]:
+        """Mean and deviation over time of a clip (21, B, T, 15): two of (21, B, 1, 12)."""
+        mean, variance = moments(clip[..., BODY], (2,))
+        return mean, (variance + FAINT).sqrt()
+
+    def velocity(self, motion: Tensor) -> Tensor:
+        """The mean root velocity (B, 3) of normalized motion (21, B, T, 15), in metres and radians a second."""
+        return motion[0, ..., ROOT].mean(1) * self.deviation[0, 0, 0, ROOT] + self.mean[0, 0, 0, ROOT]
+
+    def style_side(
+        self, mean: Tensor, deviation: Tensor, velocity: Tensor, keys: Tensor, values: Tensor
+    ) -> BlockFeatures:
+        """From statistics (21, B, 1, 12), the mean root velocity (B, 3), keys (B, S, code) and values (5, B, S, n
+        12)."""
+        deviation, mean = (self.by_part(each)[:, :, 0] for each in (deviation, mean))
+        scale = torch.cat([deviation, velocity.expand(len(PARTS), -1, -1)], dim=2)
+        return BlockFeatures(scale, mean.repeat(1, 1, 2), keys.expand(len(PARTS), -1, -1, -1), values)
+
+    def beside(self, style: BlockFeatures, own: Tensor) -> BlockFeatures:
+        """The style of C clips beside an own style whose mean pose, (21, C, 1, 12), is this one where it moves as the
+        clips do."""
+        mean, _ = style.bias.chunk(2, dim=2)
+        return style._replace(bias=torch.cat([mean, self.by_part(own)[:, :, 0]], dim=2))
+
+    def take_joints(self, style: BlockFeatures, to: int, source: int, joints: Tensor) -> BlockFeatures:
+        """The style of n clips, with some joints (21,) bool of clip `to` replaced by those of clip `source`."""
+        # (5, n 12)
+        taken = self.by_part(joints[:, None, None, None].expand(-1, 1, 1, BODY.stop).float())[:, 0, 0] > 0.5
+        result = BlockFeatures(*(each.clone() for each in style))
+        for each in (values[..., : taken.shape[1]] for values in (result.scale, result.bias)):
+            each[:, to] = torch.where(taken, each[:, source], each[:, to])
+        result.values[:, to] = torch.where(taken[:, None], result.values[:, source], result.values[:, to])
+        return result
+
+    # The content's side, in every frame.
+
+    def forward(
+        self, motion: Tensor, style: StyleFeatures, own: StyleFeatures, last: int, velocity: Tensor | None = None
+    ) -> tuple[Tensor, Tensor]:
+        """The last samples of normalized motion (21, B, T, 15) in a style, and in its own: two of (21, B, last, 15),
+        root velocities 0. What is put on the content is how the two differ.
+
+        velocity: (B, 3) of the bodies' roots in metres and radians a second; None for what the motion says."""
+        theirs, ours = style[JOINTS], own[JOINTS]
+        velocity = self.velocity(motion) if velocity is None else velocity
+        if self.config.attention:
+            query = self.queries(motion, ours, last)
+            # BP-ATN, Eq. 11 to 13
+            moves, own_moves = (self.attention(query, each.keys) @ each.values for each in (theirs, ours))
+        else:
+            own_moves = self.by_part(motion[:, :, -last:, BODY]) - self.pose(ours.bias)[:, :, None]
+            moves = own_moves * (self.pose(theirs.scale) / self.pose(ours.scale))[:, :, None]
+        (mean, there), own_mean = theirs.bias.chunk(2, dim=2), self.pose(ours.bias)
+        same = same_gait_weight(theirs.scale[..., mean.shape[2] :], velocity)
+        styled_mean = torch.where(LEGS, torch.lerp(own_mean + mean - there, mean, same), mean)
+        shift = styled_mean - own_mean  # BP-AdaIN, Eq. 8, 9
+        if not self.config.by_part:
+            shift = self._over_body(shift)
+        moves = own_moves + (moving_share(velocity) * same)[:, :, None] * (moves - own_moves)
+        return self._whole((own_mean + shift)[:, :, None] + moves), self._whole(own_mean[:, :, None] + own_moves)
+
+    def queries(self, motion: Tensor, own: BlockFeatures, last: int) -> Tensor:
+        """The queries (B, last, code) of the last samples of normalized motion (21, B, T, 15) in its own style."""
+        return self.moments(motion, self._of_joints(self.pose(own.bias)), self._of_joints(self.pose(own.scale)), last)
+
+    def attention(self, query: Tensor, keys: Tensor) -> Tensor:
+        """The map A of Eq. 12, (5, B, T, S), rows that add up to 1, from queries (B, T, code) and keys (5, B, S,
+        code)."""
+        return (self.config.sharpness * query @ keys.transpose(2, 3)).softmax(dim=3)
+
+    def pose(self, numbers: Tensor) -> Tensor:
+        """Of a style's scale or bias the first (5, B, n 12), which are its poses'."""
+        return numbers[..., : self.parts.count * BODY.stop]
+
+    def by_part(self, values: Tensor) -> Tensor:
+        """(21, B, T, 12) -> (5, B, T, n 12)"""
+        return self.parts.split(values).permute(0, 2, 3, 1, 4).flatten(3)
+
+    def _of_joints(self, values: Tensor) -> Tensor:
+        """(5, B, n 12) -> (21, B, 1, 12)"""
+        return self.parts.join(values.unflatten(2, (-1, BODY.stop)).transpose(1, 2))[:, :, None]
+
+    def _whole(self, poses: Tensor) -> Tensor:
+        """(5, B, T, n 12) -> (21, B, T, 15), root velocities 0."""
+        poses = self.parts.join(poses.unflatten(3, (-1, BODY.stop)).permute(0, 3, 1, 2, 4))
+        return F.pad(poses, (0, ROOT.stop - ROOT.start))
+
+    def _over_body(self, shift: Tensor) -> Tensor:
+        """One shift (5, B, n 12) for all joints of the body: the mean over them."""
+        joints = self._of_joints(shift)
+        return self.by_part(joints.mean(0, keepdim=True).expand_as(joints))[:, :, 0]
+
+
+def remove_style(body: Tensor, mean: Tensor, deviation: Tensor, of_one: tuple[int, ...] = (0, 3)) -> Tensor:
+    """Normalized poses (21, B, ..., 12) without their own style: in deviations from its mean. of_one: the axes of one
+    pose, over which movement is bounded, for who runs moves more than their own style's walk."""
+    moved = (body - mean) / (deviation + QUIET)
+    return moved / (1 + moved.square().mean(of_one, keepdim=True)).sqrt()
+
+
+def moving_share(velocity: Tensor) -> Tensor:
+    """How far bodies whose roots move at (B, 3) are no longer standing: (B, 1) in 0..1."""
+    speed = velocity[:, :2].norm(dim=1)[:, None]
+    return ((speed - MOVING[0]) / (MOVING[1] - MOVING[0])).clamp(0, 1)
+
+
+def same_gait_weight(seen: Tensor, velocity: Tensor) -> Tensor:
+    """How far the steps of a style seen at root velocities (5, B, 3) are those of bodies that move at others (B, 3):
+    (5, B, 1). A slow walk does say how legs move in a quick one, but little of a run, and nothing of a step back: there
+    legs keep to their own steps and are held as differently from them as the style was from the own one where it was
+    seen."""
+    return torch.exp(-((seen - velocity).square().sum(-1, keepdim=True) / GAIT_WIDTH**2).square())
