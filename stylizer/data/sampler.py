@@ -61,7 +61,7 @@ class Sampler:
         self.speeds = np.array([clip.speed for clip in data.clips])
         self.gaits: dict[str, np.ndarray] = {}  # of clips that were drawn before
         self.root_velocities: dict[str, np.ndarray] = {}  # likewise
-        self.alike: dict[str | None, list[PackedClip]] = defaultdict(list)  # the clips of a manner
+        self.alike: dict[str | None, list[PackedClip]] = defaultdict(list)  # the clips of a performer style
         for clip in data.clips:
             self.alike[clip.performer_style].append(clip)
 

@@ -26,10 +26,11 @@ from stylizer.evaluation.transfer_benchmark import (
     measure_transfer,
 )
 from stylizer.networks.layers import of_kind
-from stylizer.runtime.offline import Network, ResolvedStyle, evaluate
+from stylizer.runtime.offline import ResolvedStyle, evaluate
 from stylizer.styles.code_bank import UNKNOWN_GAIT
 from stylizer.styles.style_clips import StyleClips
 from stylizer.systems import checkpoint
+from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.registry import SYSTEMS
 from stylizer.systems.whole_body import WholeBody
 
@@ -106,7 +107,7 @@ def compare(data_dir: Path, folder: Path | None = None, progress: Progress | Non
 
 
 def measure_network(
-    model: Network,
+    model: MotionPuzzle | WholeBody,
     name: str,
     mode: str,
     size: int,
@@ -156,7 +157,7 @@ def diversity(transfer: Sampled, takes: Sequence[Take], classifiers: Classifiers
 
 
 @torch.inference_mode()
-def clip_milliseconds(model: Network) -> list[float]:
+def clip_milliseconds(model: MotionPuzzle | WholeBody) -> list[float]:
     """[median, deviation] of what the network takes to restyle a clip of CLIP samples in the style of another as
     long."""
     motion = torch.randn(21, 1, CLIP, 15, generator=torch.Generator().manual_seed(0))

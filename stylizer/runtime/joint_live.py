@@ -1,4 +1,4 @@
-"""The live stylizer of Motion Puzzle at the resolution of joints: one network, which is asked in every frame."""
+"""The live stylizer of Motion Puzzle at the resolution of joints: one network, evaluated in every frame."""
 
 import numpy as np
 import torch
@@ -14,8 +14,8 @@ from stylizer.systems.motion_puzzle.joint_inference import to_joint_inference
 
 
 class JointStylizer(LiveStylizer):
-    """A `LiveStylizer` without a decoder: what attention finds is how the joints are held. Styles are interpolated
-    every PERIOD frames."""
+    """A `LiveStylizer` without a decoder: the pose is what attention finds. Styles are interpolated every PERIOD
+    frames."""
 
     SMOOTHING = SMOOTHING
 
@@ -30,8 +30,8 @@ class JointStylizer(LiveStylizer):
                 mixer.move(*self._root_velocities(windows[[one]], [one])[:, 0])
 
     def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
-        """How the joints are held when the spring, which lags, has caught up, in what these characters wear and in
-        their own style: features (n, 2, 21, 15)."""
+        """The poses that the spring, which lags, will have caught up with: in these characters' styles and in their
+        own, features (n, 2, 21, 15)."""
         if not self.bank.model.config.attention:  # nothing is looked up that could come later
             windows = windows.copy()
             windows[:, -1] += AHEAD * FPS / STRIDE / STEADY * (windows[:, -1] - windows[:, -1 - STEADY])
@@ -39,8 +39,8 @@ class JointStylizer(LiveStylizer):
         return np.stack(self._joints.restyle(windows, velocities, *styles), axis=1)
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
-        """What a body part's attention looks at now, of one character: (WINDOW / 2, tokens of the style), rows that add
-        up to 1. Changes nothing. Raises ValueError for weights without attention."""
+        """The attention map of a body part now, of one character: (WINDOW / 2, tokens of the style), rows that add up
+        to 1. Changes nothing. Raises ValueError for weights without attention."""
         model = self.bank.model
         if not model.config.attention:
             raise ValueError("these stylizer weights were trained without attention")

@@ -13,12 +13,12 @@ from sim.body.kinematics import to_local
 from sim.body.pose import Pose
 from sim.body.skeleton import PART_NAMES
 from sim.feet.foot_cleanup import clean_feet, foot_height_error, raise_feet
+from sim.math import rotations as rot
 from sim.motion.clip import FPS, Clip, root_frame
 from sim.motion.contacts import foot_contacts
-from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features
+from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features, rotations_of
 from sim.retarget.retarget import load_clip
 from sim.style_spec import PartLike, StyleSpec
-from stylizer.runtime.joint_offline import evaluate_joints
 from stylizer.runtime.overlap import evaluate_overlapping
 from stylizer.runtime.pose_delta import (
     ARM_PARTS,
@@ -32,6 +32,7 @@ from stylizer.runtime.pose_delta import (
 )
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.encoding import encode, encode_motion
+from stylizer.styles.joint_tokens import AHEAD
 from stylizer.styles.style_clips import SHORTEST, StyleClips, single_clip
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
@@ -40,12 +41,14 @@ from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, interpol
 from stylizer.systems.whole_body import WholeBody, combine_joints, joints_by_code, stylize_windows
 
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
+DELAY = round(AHEAD * FPS)  # frames by which tokens' values come later than their keys; here no spring lags
+BATCH = 256  # frames that are looked up at once
 FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
 SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
 # windows from which a style is read: of a clip of seconds, of a longer one; as stylizer.styles.encoding.TOKEN_WINDOWS,
 # or a multiple
 FEW, MANY = 3, 12
-Network = MotionPuzzle | WholeBody
+Network = MotionPuzzle | JointPuzzle | WholeBody
 
 
 class ResolvedStyle(NamedTuple):
@@ -110,7 +113,7 @@ def evaluate(model: Network, features: np.ndarray, style: Mapping[str, ResolvedS
     if isinstance(model, WholeBody):
         return evaluate_whole_body(model, features, style)
     if isinstance(model, JointPuzzle):
-        return evaluate_joints(model, features, encode_clip(model, features), style)
+        return evaluate_joints(model, features, style)
     return evaluate_by_part(model, features, style)
 
 
@@ -174,6 +177,33 @@ def evaluate_by_part(model: MotionPuzzle, features: np.ndarray, style: Mapping[s
         return (result if rebuilt is None else windows + (result - model.restore(rebuilt).double().numpy()))[None]
 
     return evaluate_overlapping(features, WINDOW, restyle)[0]
+
+
+@torch.inference_mode()
+def evaluate_joints(model: JointPuzzle, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:
+    """What the network at the resolution of joints makes of features (frames, 21, 15): frame by frame, from the half
+    second that ends DELAY frames earlier. Parts that `style` does not name keep the content's."""
+    own, result = encode_clip(model, features), features.copy()
+    for frames in np.array_split(np.arange(len(features)), -(-len(features) // BATCH)):
+        seen = frames[:, None] - DELAY + STRIDE * np.arange(1 - WINDOW, 1)
+        windows = features[np.clip(seen, 0, len(features) - 1)]
+        velocities = windows[:, :, 0, LAYOUT["root"]].mean(axis=1)
+        motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
+        outputs = model(
+            motion, *combine_parts(own, style, velocities), 1, torch.from_numpy(velocities.astype(np.float32))
+        )
+        styled, rebuilt = (model.restore(each)[:, 0].double().numpy() for each in outputs)
+        result[frames] = _change_by(features[frames], styled, rebuilt)
+    return result
+
+
+def _change_by(content: np.ndarray, styled: np.ndarray, rebuilt: np.ndarray) -> np.ndarray:
+    """Features (frames, 21, 15) of the content, rotated and shifted as leads from the rebuilt ones to the styled."""
+    result = content.copy()
+    after, before, now = rotations_of(np.array([styled, rebuilt, content]))
+    result[..., LAYOUT["rotation"]] = rot.to_6d(rot.from_matrix(after @ before.swapaxes(-1, -2) @ now))
+    result[..., LAYOUT["position"]] += (styled - rebuilt)[..., LAYOUT["position"]]
+    return result
 
 
 def to_pose(clip: Clip) -> Pose:

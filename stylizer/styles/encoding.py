@@ -10,7 +10,7 @@ from sim.motion.features import LAYOUT
 from sim.motion.gait import cycle_at
 from stylizer.networks.layers import BlockFeatures
 from stylizer.styles import joint_tokens
-from stylizer.styles.style_clips import BODY, SHORTEST, Gait, OwnMotion, StyleClips, movements_in, no_cycles
+from stylizer.styles.style_clips import BODY, SHORTEST, Gait, OwnMotion, StyleClips, movements_in
 from stylizer.systems.motion_puzzle.config import KEY_POSES
 from stylizer.systems.motion_puzzle.joint_config import JOINTS
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
@@ -26,8 +26,6 @@ TOKEN_WINDOWS = 3  # windows of a clip that attention looks at: as many for ever
 def encode(model: MotionPuzzle, windows: np.ndarray) -> dict[int, BlockFeatures]:
     """The style of one clip from its windows (m, WINDOW, 21, 15), as a batch of 1: AdaIN scale and bias averaged over
     them, key poses of all, attention tokens of TOKEN_WINDOWS."""
-    if isinstance(model, JointPuzzle):
-        return joint_tokens.encode_clip_tokens(model, windows, no_cycles(1)[0], 0.0)
     motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
     style = model.encode_style(motion, motion.flatten(1, 2)[:, None])
     seen = torch.from_numpy(np.linspace(0, len(windows) - 1, TOKEN_WINDOWS).round().astype(int))
@@ -81,8 +79,8 @@ def refit_clips(model: MotionPuzzle | JointPuzzle, style: StyleClips, own: OwnMo
     key_poses = []
     for place, (name, cycle) in enumerate(zip(style.gait.movements, style.gait.cycles)):
         clip = BlockFeatures(*(t[:, place : place + 1] for t in style.features[KEY_POSES]))
-        told = strides[name] if cycle.any() else None
-        key_poses.append(_refine(model, clip, cycle, *told) if told else clip)
+        found = strides[name] if cycle.any() else None
+        key_poses.append(_refine(model, clip, cycle, *found) if found else clip)
     fitted = cat_batch([{KEY_POSES: clip} for clip in key_poses])[KEY_POSES]
     return StyleClips(style.features | {KEY_POSES: _reconcile_clips(model.key_poses, fitted, style.gait)}, style.gait)
 

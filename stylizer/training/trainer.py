@@ -5,6 +5,7 @@ import math
 import time
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -19,7 +20,6 @@ from stylizer.data.sampler import Batch, Sampler, measure_statistics
 from stylizer.networks.layers import of_kind
 from stylizer.networks.normalization import Scaled
 from stylizer.systems import checkpoint
-from stylizer.systems.motion_puzzle.config import Config
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.motion_puzzle.objective import OURS, Inputs, Recipe, compute_losses
 from stylizer.training.distributed import share_first
@@ -48,38 +48,51 @@ class Trainer:
     """Network, its running average, optimiser, random numbers and clock: everything that a resumed run needs."""
 
     KEPT = ("model", "average", "optimizer")  # whose state a checkpoint holds
+    SAMPLER: type[Sampler] = Sampler
+    INPUTS: type = Inputs  # of a batch, normalized, and of the parts that take the target's style
+    OBJECTIVE: type[nn.Module] = Objective
+    AUTOCASTS = True  # whether losses are computed in bf16 where that is fast
     model: Scaled
     objective: nn.Module
     optimizer: torch.optim.Optimizer
 
-    def __init__(self, data: MotionData, config: Config, recipe: Recipe = OURS, seed: int = 1) -> None:
+    def __init__(self, data: MotionData, config: Any, recipe: Recipe = OURS, seed: int = 1) -> None:
         torch.manual_seed(seed)
         set_up_torch(one_thread=False)
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-        self.half = has_fast_bf16(self.device)
+        self.half = self.AUTOCASTS and has_fast_bf16(self.device)
         self.recipe = recipe
         learned_from = data.split(held_out=False)
-        self.sampler = Sampler(learned_from, seed)
-        self.model = model = MotionPuzzle(config)
-        self.model.set_statistics(*measure_statistics(Sampler(learned_from, seed)))
-        if model.key_poses:
-            clips = Sampler(learned_from, seed).batch(FIRST_CLIPS).target
-            model.key_poses.begin(model.normalize(torch.from_numpy(clips)))
+        self.sampler = self.SAMPLER(learned_from, seed)
+        self.model = self._build(config)
+        self.model.set_statistics(*measure_statistics(self.SAMPLER(learned_from, seed)))
+        self._begin(learned_from, seed)
         self.model.to(self.device)
-        self.objective = Objective(model, recipe)
+        self.objective = self.OBJECTIVE(self.model, recipe)
         if distributed.is_initialized():  # gives every process the first one's network
             self.objective = nn.parallel.DistributedDataParallel(self.objective)
         self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=self._averaged)
         self.optimizer = torch.optim.RAdam(
             self.model.parameters(), recipe.learning_rate, (recipe.momentum, SECOND_MOMENT)
         )
-        held_out = Sampler(data.split(held_out=True), seed)
+        held_out = self.SAMPLER(data.split(held_out=True), seed)
         self.held_out = [
             (held_out.batch(recipe.batch), draw_mixing(held_out.random, recipe.batch)) for _ in range(HELD_OUT_BATCHES)
         ]
         self.step, self.spent = 0, 0.0
         self.recent: list[dict[str, float]] = []  # losses of the steps since the last row
         self.rows: list[dict[str, float]] = []  # of the curve, since the last log
+
+    def _build(self, config: Any) -> Scaled:
+        """The network that learns."""
+        return MotionPuzzle(config)
+
+    def _begin(self, data: MotionData, seed: int) -> None:
+        """What the network starts from besides its statistics: of key poses, poses of the data."""
+        model = of_kind(MotionPuzzle, self.model)
+        if model.key_poses:
+            clips = Sampler(data, seed).batch(FIRST_CLIPS).target
+            model.key_poses.begin(model.normalize(torch.from_numpy(clips)))
 
     def update(self, progress: float) -> dict[str, float]:
         """One step of the optimiser; progress 0..1 sets the learning rate. Returns the losses by name."""
@@ -121,7 +134,7 @@ class Trainer:
         self, objective: nn.Module, batch: Batch, use_target: np.ndarray, late: bool = True
     ) -> dict[str, torch.Tensor]:
         windows = {field.name: torch.from_numpy(getattr(batch, field.name)).to(self.device) for field in fields(batch)}
-        inputs = Inputs(
+        inputs = self.INPUTS(
             **{name: self.model.normalize(window) if window.dim() == 4 else window for name, window in windows.items()},
             use_target=torch.from_numpy(use_target).to(self.device),
         )
@@ -131,7 +144,7 @@ class Trainer:
     @torch.no_grad()
     def held_out_losses(self) -> dict[str, float]:
         """The averaged network's losses on clips that it never trains on."""
-        objective = Objective(of_kind(MotionPuzzle, self.average.module), self.recipe)
+        objective = self.OBJECTIVE(self.average.module, self.recipe)
         totals = [self._losses(objective, batch, mixing) for batch, mixing in self.held_out]
         return {name: float(np.mean([t[name].item() for t in totals])) for name in totals[0]}
 

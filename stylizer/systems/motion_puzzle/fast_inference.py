@@ -32,6 +32,23 @@ class NumpyFeatures(NamedTuple):
     values: np.ndarray
 
 
+class NumpyViews:
+    """Styles' numbers as numpy sees them, batch first; kept for the few styles that are asked for in turns."""
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[StyleFeatures, dict[int, NumpyFeatures]]] = {}
+
+    def __getitem__(self, style: StyleFeatures) -> dict[int, NumpyFeatures]:
+        known = self._known.get(id(style))
+        if known is None or known[0] is not style:
+            known = (
+                style,
+                {level: NumpyFeatures(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
+            )
+            self._known = dict([*self._known.items()][-KEPT:]) | {id(style): known}
+        return known[1]
+
+
 class TorchInference:
     """A network in two halves, for the live stylizer: its decoder, which looks at half a second, and its key poses,
     which look at one pose. Both say what features (batch, 21, 15) are in a style, and what they are in their own."""
@@ -122,7 +139,7 @@ class FastInference:
         self.needed = (1 + last.reach + 1) // 2
         self.root_condition = _RootCondition(model.root_condition) if model.root_condition else None
         self.pose_table = _KeyPoses(model.key_poses) if model.key_poses else None
-        self._views: dict[int, tuple[StyleFeatures, dict[int, NumpyFeatures]]] = {}
+        self._views = NumpyViews()
 
     @staticmethod
     def fits(config: Config) -> bool:
@@ -138,7 +155,7 @@ class FastInference:
     def decoded(self, windows: np.ndarray, style: StyleFeatures, own: StyleFeatures) -> np.ndarray:
         """As TorchInference.decoded."""
         motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
-        styles = [self._seen(style), self._seen(own)]
+        styles = [self._views[style], self._views[own]]
         conditions: Mapping[int, Condition] = {3: (0.0, 0.0), 2: (0.0, 0.0)}
         if self.root_condition:
             conditions = self.root_condition(motion)
@@ -169,21 +186,10 @@ class FastInference:
         known = known_by_part(known).swapaxes(0, 1)
         poses_in_styles = np.zeros((2, *poses.shape))
         poses_in_styles[..., BODY] = self.pose_table(
-            normalized, root_velocities, known, *(self._seen(each)[KEY_POSES] for each in (style, own))
+            normalized, root_velocities, known, *(self._views[each][KEY_POSES] for each in (style, own))
         )
         styled, rebuilt = poses_in_styles * self.deviation + self.mean
         return styled, rebuilt
-
-    def _seen(self, style: StyleFeatures) -> dict[int, NumpyFeatures]:
-        """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
-        known = self._views.get(id(style))
-        if known is None or known[0] is not style:
-            known = (
-                style,
-                {level: NumpyFeatures(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
-            )
-            self._views = dict([*self._views.items()][-KEPT:]) | {id(style): known}
-        return known[1]
 
     def _encoded(self, motion: np.ndarray) -> np.ndarray:
         """The content feature (batch, 5, T / 4, C3) of normalized motion (batch, 21, T, 15)."""

@@ -1,16 +1,14 @@
 """Motion Puzzle at the resolution of joints as it runs live: the newest sample alone, in numpy, equal to
-stylizer.systems.motion_puzzle.joint_model up to rounding. A query looks at a few poses of the last half second."""
+stylizer.systems.motion_puzzle.joint_model up to rounding."""
 
 import numpy as np
 import torch
 
 from sim.motion.features import WINDOW
-from stylizer.systems.motion_puzzle.fast_inference import NumpyFeatures
+from stylizer.systems.motion_puzzle.fast_inference import NumpyFeatures, NumpyViews
 from stylizer.systems.motion_puzzle.joint_config import JOINTS, JointConfig
 from stylizer.systems.motion_puzzle.joint_model import BODY, GAIT_WIDTH, LEGS, MOVING, QUIET, ROOT, JointPuzzle
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
-
-KEPT = 16  # styles whose numbers are kept at hand
 
 
 class TorchJointInference:
@@ -46,7 +44,7 @@ class FastJointInference:
             (layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy())
             for layer in (moments.root, moments.code)
         )
-        self._views: dict[int, tuple[StyleFeatures, NumpyFeatures]] = {}
+        self._views = NumpyViews()
 
     @staticmethod
     def fits(config: JointConfig) -> bool:
@@ -57,7 +55,7 @@ class FastJointInference:
     ) -> tuple[np.ndarray, np.ndarray]:
         """As TorchJointInference.restyle."""
         poses = ((windows[:, self.seen] - self.mean) / self.deviation).astype(np.float32)
-        of_style, of_own = self._numbers(style), self._numbers(own)
+        of_style, of_own = self._views[style][JOINTS], self._views[own][JOINTS]
         query = self._query(poses, of_own)
         moves, own_moves = (self._found(query, each) for each in (of_style, of_own))
         speed = np.hypot(velocities[:, 0], velocities[:, 1])[:, None, None]
@@ -95,14 +93,6 @@ class FastJointInference:
     def _of_joints(self, values: np.ndarray) -> np.ndarray:
         """(..., 5, n 12) -> (..., 21, 12)"""
         return values.reshape(*values.shape[:-2], -1, BODY.stop)[..., self.joints, :]
-
-    def _numbers(self, style: StyleFeatures) -> NumpyFeatures:
-        """A style's numbers as numpy sees them, batch first; looked up once for the few that are asked for in turns."""
-        known = self._views.get(id(style))
-        if known is None or known[0] is not style:
-            known = style, NumpyFeatures(*(t.numpy().swapaxes(0, 1) for t in style[JOINTS]))
-            self._views = dict([*self._views.items()][-KEPT:]) | {id(style): known}
-        return known[1]
 
 
 def to_joint_inference(model: JointPuzzle) -> "TorchJointInference | FastJointInference":

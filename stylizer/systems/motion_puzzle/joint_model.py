@@ -2,10 +2,11 @@
 themselves.
 
 The paper attends to features of a few averaged vertices and decodes what it finds. Here the values of the attention are
-poses, so nothing has to be decoded: a style token is a body part at one moment of the style's clip, its value how the
-part's joints are held, its key what a small temporal convolution says of the half second up to that moment. The
-content's last half second, through the same convolution, is the query. What it says is the moment, not the style, for
-it sees motion normalized by the mean and deviation of its own style.
+poses, so nothing has to be decoded: a style token is a body part at one instant of the style's clip; its value is the
+pose of the part's joints, its key the code of the whole body at that instant. The content's code is the query. A code
+is made of the newest pose with its velocities, or of several poses of the last half second (`JointConfig.lags`); it
+says at which instant of a movement a body is, not in which style, because each motion is normalized by the mean and
+deviation of its own style.
 
 Motion is (joint, batch, time, number); what belongs to a body part is (part, batch, ..., n 12) of its n joints, shorter
 parts filled up."""
@@ -24,7 +25,7 @@ from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
 ROOT = LAYOUT["root"]
 BODY = slice(0, ROOT.start)  # all but the way over the floor, which is the content's
-QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves tells little
+QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves says little
 FAINT = 1e-6  # added to variances
 GAIT_WIDTH = 1.4  # metres (radians) a second by which root velocities of one gait differ at most
 LEGS = torch.tensor([name.endswith("leg") for name in PARTS])[:, None, None]
@@ -32,7 +33,7 @@ MOVING = (0.05, 0.35)  # metres a second between which standing becomes going: w
 
 
 class MomentEncoder(nn.Module):
-    """E_c, and the key side of E_s: a temporal convolution that tells the moment a body is in."""
+    """E_c, and the key side of E_s: the code of a body at an instant, by a temporal convolution."""
 
     def __init__(self, config: JointConfig) -> None:
         super().__init__()
@@ -193,6 +194,6 @@ def moving_share(velocity: Tensor) -> Tensor:
 def same_gait_weight(seen: Tensor, velocity: Tensor) -> Tensor:
     """How far the steps of a style seen at root velocities (5, B, 3) are those of bodies that move at others (B, 3):
     (5, B, 1). A slow walk does say how legs move in a quick one, but little of a run, and nothing of a step back: there
-    legs keep to their own steps and are held as differently from them as the style was from the own one where it was
+    legs keep their own steps, in a mean pose as far from their own as the style's was from the own style's where it was
     seen."""
     return torch.exp(-((seen - velocity).square().sum(-1, keepdim=True) / GAIT_WIDTH**2).square())

@@ -2,7 +2,7 @@
 18, 19), and what measurement added.
 
 The paper's cycle and root losses have nothing to do here: a style's mean pose is read from its clip, and root
-velocities are never changed. All that is learned is to tell the moment."""
+velocities are never changed. All that is learned is the code by which instants are compared."""
 
 from dataclasses import dataclass, replace
 
@@ -14,7 +14,7 @@ from sim.motion.features import LAYOUT, POSE_CHANNELS, WINDOW
 from sim.motion.thresholds import STAND_OR_WALK
 from stylizer.networks.layers import moments
 from stylizer.systems.motion_puzzle.joint_model import BODY, FAINT, JointPuzzle
-from stylizer.systems.motion_puzzle.objective import LEGS, OURS, SPEED_SCALE
+from stylizer.systems.motion_puzzle.objective import LEGS, OURS, SPEED_SCALE, Recipe
 from stylizer.systems.motion_puzzle.style_tensors import mix_parts, split_batch
 
 LEAST = 0.05  # of the normalized deviation, added before logarithms are taken: how still a still joint is says nothing
@@ -40,12 +40,12 @@ class JointInputs:
 class JointObjective(nn.Module):
     """The losses as a module's forward pass, which is what DistributedDataParallel averages the gradients of."""
 
-    def __init__(self, model: JointPuzzle) -> None:
+    def __init__(self, model: JointPuzzle, recipe: Recipe = RECIPE) -> None:
         super().__init__()
-        self.model = model
+        self.model, self.recipe = model, recipe
 
-    def forward(self, inputs: JointInputs) -> dict[str, Tensor]:
-        """The terms of RECIPE.
+    def forward(self, inputs: JointInputs, late: bool = True) -> dict[str, Tensor]:
+        """The terms of the recipe, none of which begins late.
 
         reconstruction: a motion comes back from its own style; smoothness: so does its change from sample to sample;
         amplitude: see `missed_amplitude`; imitation: restyled parts turn as the target does in the same step."""
@@ -68,12 +68,12 @@ class JointObjective(nn.Module):
 def missed_amplitude(
     model: JointPuzzle, restyled: Tensor, content: Tensor, source: Tensor, target: Tensor, chosen: Tensor
 ) -> Tensor:
-    """How far the amplitude of restyled joints, chosen (21, B), is from what the target asks; motions are (21, B, T,
+    """How far the amplitude of restyled joints, chosen (21, B), is from the target's; motions are (21, B, T,
     15).
 
     |log(s(restyled) / s(content)) - log(s(target) / s(source))|, s the deviation over time: a ratio, because what is
     uncertain would shrink under a difference. Clips at other speeds say less; where one walks and the other stands,
-    legs stay as lively as they are."""
+    legs keep their amplitude."""
     alike, same_gait = _likeness(model, source, target)
     legs = torch.as_tensor(LEGS, device=source.device)[:, None, None]
     ratio = (_log_amplitude(target) - _log_amplitude(source)) * torch.where(legs, same_gait, 1.0)

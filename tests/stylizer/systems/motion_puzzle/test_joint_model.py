@@ -24,7 +24,7 @@ from stylizer.systems.motion_puzzle.joint_inference import FastJointInference, T
 from stylizer.systems.motion_puzzle.joint_model import BODY, JointPuzzle
 from stylizer.systems.motion_puzzle.joint_objective import RECIPE
 from stylizer.systems.motion_puzzle.style_tensors import stack_parts
-from stylizer.training import train_joints
+from stylizer.training import train_joints, trainer
 from tests.stylizer.conftest import movement, own_motion
 from tests.support.walker import SPEED, walking_clip
 
@@ -181,7 +181,7 @@ def test_a_clip_is_restyled_and_comes_back_in_its_own_style(model, features):
 @pytest.mark.parametrize("network", ["joints", "joints_half_second"])
 def test_training_reaches_every_weight_and_resumes_exactly(network, features, monkeypatch, tmp_path):
     monkeypatch.setattr(train_joints, "RECIPE", replace(RECIPE, batch=3))
-    monkeypatch.setattr(train_joints, "HELD_OUT_BATCHES", 1)
+    monkeypatch.setattr(trainer, "HELD_OUT_BATCHES", 1)
     data = MotionData(features.astype(np.float32), [PackedClip("a", "a", 0, len(features), 1.0)], {})
     whole = train_joints.JointTrainer(data, network)
     before = [parameter.clone() for parameter in whole.model.parameters()]
