@@ -19,13 +19,16 @@ gc.enable()
 BUNDLED_RECORDING = Path(__file__).parent / "recordings" / "demo.jsonl"
 
 
-def build_session(stylizer: str | None = None, latency: Latency | None = None) -> Session[NamedStylizer]:
-    """A session with trained weights, `stylizer` naming the style-transfer system's (None: the shipped Motion Puzzle).
+def build_session(
+    stylizer: str | None = None, latency: Latency | None = None, weights: Path | None = None
+) -> Session[NamedStylizer]:
+    """A session with trained weights, `stylizer` naming the style-transfer system's (None: the shipped Motion Puzzle),
+    from a folder that `patchwalk train stylizer` wrote (None: the package).
 
     Raises ValueError or OSError, in one sentence, where weights are missing, made for something else, or where the
     stylizer's own style is not that of the controller."""
     session: Session[NamedStylizer] = Session(
-        PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer), latency
+        PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer, weights), latency
     )
     gc.collect()
     gc.freeze()  # what start-up left is here to stay: the collector need not walk it between two frames

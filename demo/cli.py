@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Any, NoReturn, Sequence
 
 from demo.commands import bench, doctor, evaluate, keys, live, replay, styles, stylize, train
+from sim.io.provenance import PERMISSIVE
 
 # Each module has HELP (one line), EXAMPLE, add_arguments(parser) and run(args) -> exit status; what is heavy it imports
 # inside run, so that --help and a mistyped word are answered at once.
@@ -21,6 +22,7 @@ COMMANDS = {
     "keys": keys,
     "doctor": doctor,
 }
+PERMISSIVE_OPTION = "--permissive"
 USER_ERROR, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 ADVICE = {
     FileNotFoundError: "check the path",
@@ -44,11 +46,13 @@ def build_parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="patchwalk", **_texts(live))
     live.add_arguments(parser)
     parser.set_defaults(run=live.run)
+    _add_permissive(parser)
     before = {action.dest for action in parser._actions if action.default is None}
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND")
     for name, module in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=module.HELP, **_texts(module))
         module.add_arguments(subparser)
+        _add_permissive(subparser)
         subparser.set_defaults(run=module.run)
         for action in subparser._actions:  # an option that stands before the command counts for it too
             if action.dest in before and action.default is None:
@@ -81,11 +85,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if PERMISSIVE_OPTION in given:  # it counts wherever it stands, and before anything is loaded
+        os.environ[PERMISSIVE] = "1"
+        given = [argument for argument in given if argument != PERMISSIVE_OPTION]
     try:
-        args = build_parser().parse_args(arguments)
+        args = build_parser().parse_args(given)
     except SystemExit as leaving:  # argparse has printed a --help
         return int(leaving.code or 0)
     return args.run(args)
+
+
+def _add_permissive(parser: argparse.ArgumentParser) -> None:
+    """Says in a help text what `_run` does with it."""
+    parser.add_argument(
+        PERMISSIVE_OPTION,
+        action="store_true",
+        help=f"leave out every style and stylizer that is for non-commercial use (likewise {PERMISSIVE}=1)",
+    )
 
 
 def _texts(module: ModuleType) -> dict[str, Any]:

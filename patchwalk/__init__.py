@@ -54,7 +54,7 @@ def load_controller() -> PhaseFunctionedController:
 
 
 def load_stylizer(name: str | None = None) -> LiveStylizer:
-    """A live stylizer, with the bundled styles and the user's own in its `bank`: None for Motion Puzzle, or joints,
+    """A live stylizer, with the bundled styles and the user's own in its `bank`: None for Motion Puzzle, or slim,
     unpaired, diverse, latent."""
     return catalogue.from_pretrained(name)
 

@@ -92,7 +92,12 @@ class NamedStylizer(Stylizer, Protocol):
         skeleton. Raises ValueError or OSError."""
 
     def movements(self, style: str) -> tuple[str, ...]:
-        """What the clips of a style show, by the names of sim.motion.gait.MOVEMENTS."""
+        """What the clips of a style show, by the names of sim.motion.gait.MOVEMENTS. Raises ValueError for a style that
+        there is not."""
+
+    @property
+    def noncommercial(self) -> tuple[str, ...]:
+        """The styles that are for non-commercial use only."""
 
     def resample(self) -> None:
         """Samples the styles that come from a prior again. Raises ValueError where it has none."""

@@ -10,6 +10,7 @@ from sim.math import rotations as rot
 from sim.motion.clip import FPS
 from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.session import Session
+from stylizer.styles.bundled_styles import CLIPS
 
 
 class FakeController:
@@ -40,7 +41,12 @@ class FakeController:
 class FakeStylizer:
     """Turns every joint of a restyled part by half its strength in radians."""
 
-    name, styles, own_of = "slim", ("old", "proud"), None
+    name, styles, noncommercial, own_of = "joints", ("old", "proud"), ("old",), None
+
+    def movements(self, style) -> tuple[str, ...]:
+        if style not in CLIPS:
+            raise ValueError(f"unknown style '{style}': did you mean old?")
+        return ("walk",)
 
     def step(self, window, neutral, style, travel=1.0) -> Pose:
         rotations = neutral.rotations.copy()

@@ -39,7 +39,7 @@ CROWD_TURNS = 4
 SETTLE = 8  # frames in which a crowd puts on its styles
 # frames of the recording between two characters of a crowd, so that they walk, turn and switch at other times
 APART = 37
-PERIOD = LiveStylizer.PERIOD  # frames: the decoder is asked in one of them, so its cost is taken over so many
+PERIOD = LiveStylizer.PERIOD  # frames: styles are interpolated in one of them, so the cost is taken over so many
 MINUTE = 60 * FPS
 
 

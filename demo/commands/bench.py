@@ -14,7 +14,7 @@ one, the machine's matrix products and memory, and again; so what else runs on t
 hold. Two seconds of frames, and two windows of each network, are left out as warm-up. Times are medians and percentiles
 of all that was measured; nothing is thrown away. The load and how often the system took the processor away stand
 beside them: take times, not ratios, from a machine with a load under 1.5. The paper's networks have untrained weights,
-which cost the same. The shipped decoder is asked in every fourth frame: its time is the mean of every four frames.
+which cost the same. Styles are interpolated anew in every fourth frame: the shipped time is the mean of four frames.
 A crowd is one session of many characters, each of them somewhere else in the recording; its frame is everybody's."""
 COMPARED = {"full": "full network", "paper_slim": "paper's slim", "shipped": "shipped"}
 

@@ -55,17 +55,21 @@ def _controller() -> str:
 
 def _stylizer() -> str:
     from controller.model import checkpoint
+    from sim.io.provenance import NONCOMMERCIAL
     from sim.session import check_own_style
     from stylizer.runtime import catalogue
+    from stylizer.systems import checkpoint as stylizer_weights
 
-    stylizers = {name: catalogue.from_pretrained(name) for name in catalogue.names()}
+    stylizers = {name: catalogue.from_pretrained(name) for name in stylizer_weights.names()}
     for stylizer in stylizers.values():
         check_own_style(stylizer.own_of, checkpoint.fingerprint())
     shipped, *others = stylizers
+    styles, marked = len(stylizers[shipped].styles), len(stylizers[shipped].noncommercial)
     also = f"; also there: {', '.join(others)}" * bool(others)
     return (
-        "loaded; they match this skeleton, feature layout and controller; "
-        f"{len(stylizers[shipped].styles)} styles{also}"
+        f"loaded; they match this skeleton, feature layout and controller; {styles} styles"
+        + f", {marked} of them for {NONCOMMERCIAL} use only" * bool(marked)
+        + also
     )
 
 

@@ -55,10 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--weights",
         type=Path,
         metavar="DIR",
-        help="a folder with more of the stylizer's weights than the shipped ones, to put beside them: "
-        "full, large, no_key_poses, key_poses_alone, no_attention, whole_body_adain, paper_losses, "
-        "left_out; with --all "
-        "full, large, unpaired, diverse, latent, latent_vae, latent_unlabelled (.safetensors)",
+        help="live: a folder that `train stylizer` wrote weights and styles into, to measure instead of the shipped "
+        "ones; stylizer: a folder with more weights than the shipped ones, to put beside them: "
+        "joints_half_second, joints_no_attention, joints_whole_body_adain, paper_narrow, full, large, left_out; with "
+        "--all full, large, unpaired, diverse, latent, latent_vae, latent_unlabelled (.safetensors)",
     )
 
 
@@ -115,7 +115,7 @@ def _live(args: argparse.Namespace) -> int:
     from stylizer.evaluation.live_benchmark import evaluate_live, format_table
     from stylizer.evaluation.report import round_figures
 
-    session = build_session(args.stylizer)
+    session = build_session(args.stylizer, weights=args.weights)
     with _bar(args.model, "step") as progress:
         result = evaluate_live(session, args.data, progress)
     print(format_table(result.report), flush=True)
@@ -219,8 +219,6 @@ def _check(args: argparse.Namespace) -> None:
         raise ValueError("--all compares stylizers: leave it out for the others")
     if args.stylizer and args.model != "live":
         raise ValueError("--stylizer chooses whose live motion is measured: leave it out for other models")
-    if args.weights and args.model == "live":
-        raise ValueError("live measures a stylizer of the package: name one with --stylizer, and leave --weights out")
     if args.all and args.plots:
         raise ValueError("--all draws no pictures: leave --plots out")
     if args.data and not args.data.is_dir():

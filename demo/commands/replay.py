@@ -18,8 +18,8 @@ VMC_HELP = (
     "unless told otherwise"
 )
 STYLIZER_HELP = (
-    "the style-transfer system: slim (Motion Puzzle, the default), joints, unpaired, diverse, latent, or other weights "
-    "of the package by name"
+    "the style-transfer system: joints (Motion Puzzle at the resolution of joints, the default), slim (its own form), "
+    "unpaired, diverse, latent, or other weights of the package by name"
 )
 OUTPUTS = {  # kind, as in demo.export.export.WRITERS: (metavar, help)
     "poses": ("OUT.npz", "write neutral and styled motion as arrays"),
@@ -74,11 +74,11 @@ def play(
     it."""
     from demo import STARTED, assemble
     from demo.export import export
-    from demo.state.style_names import check_styles
     from sim.motion.clip import FPS
 
     session = assemble.build_session(stylizer)
-    check_styles(recorded.styles, session.stylizer.styles)
+    for style in recorded.styles:
+        session.stylizer.movements(style)  # raises for one that is not there, before anything is played
     startup_s = time.perf_counter() - STARTED
     frames = (_watched(session, recorded, stream) if window else None) or _stepped(session, recorded, stream)
     result = export.Result(frames, session.latency, startup_s)

@@ -109,15 +109,17 @@ def _add(bank: "StyleBank", args: argparse.Namespace) -> None:
 
 
 def _list(bank: "StyleBank") -> None:
-    """A name a line, and what is known of how that style moves."""
+    """A name a line, what is known of how that style moves, and which are for non-commercial use."""
     from demo.state.style_names import movement_names
+    from sim.io.provenance import NONCOMMERCIAL
     from stylizer.styles.code_bank import UNKNOWN_GAIT
 
     gaits = {name: bank[name].gait for name in bank.names}
     width = max(map(len, gaits))
     for name, gait in gaits.items():
         known = "" if gait is UNKNOWN_GAIT else ", ".join(movement_names(gait.movements))
-        print(f"{name:<{width}}  {known}".rstrip())
+        mark = f"  ({NONCOMMERCIAL} use only)" if bank.is_noncommercial(name) else ""
+        print(f"{name:<{width}}  {known}{mark}".rstrip())
 
 
 def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:

@@ -43,9 +43,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--network",
         metavar="NAME",
-        help="stylizer only: slim (default), full, large, paper_slim, or an ablation: no_key_poses, "
-        "no_attention, whole_body_adain, key_poses_alone; joints, joints_half_second; or another system: "
-        "unpaired, diverse, diverse_full, latent, latent_unlabelled, latent_vae",
+        help="stylizer only: joints (default), or what it is without a piece: joints_half_second, joints_no_attention, "
+        "joints_whole_body_adain; the paper's own form: slim, slim_no_attention, slim_whole_body_adain, paper_narrow, "
+        "paper_slim, large, full; or another system: unpaired, diverse, diverse_full, latent, latent_unlabelled, "
+        "latent_vae",
     )
     parser.add_argument("--recipe", metavar="NAME", help="stylizer only: ours (default) or paper, its losses alone")
     parser.add_argument(

@@ -138,7 +138,7 @@ def _next_stylizer(live: "Live", _: str) -> None:
         return
     try:
         live.say(f"stylizer: {live.stylizers.next()}")
-        live.choice.offer(live.session.stylizer.styles)
+        live.choice.offer(live.session.stylizer.styles, live.session.stylizer.noncommercial)
     except ValueError as error:
         live.say(str(error), ALERT)
 

@@ -117,7 +117,8 @@ class Live:
         stream: Sender | None = None,
     ) -> None:
         self.session, self.window = session, window
-        self.devices, self.choice, self.view = Devices(bindings), StyleChoice(styles), View()
+        self.devices, self.view = Devices(bindings), View()
+        self.choice = StyleChoice(styles, noncommercial=session.stylizer.noncommercial)
         self.presets, self.preset = presets or Presets(), 0
         self.menu, self.hints, self.debug_overlay = Menu(bindings), Hints(bindings), DebugOverlay(session)
         self.seen = {"contacts"}  # of demo.live.actions.SEEN

@@ -1,7 +1,7 @@
 """The style of each body part, as chosen by hand: a small state that keys, mouse, gamepad and tests change alike."""
 
 import random
-from typing import Callable, Mapping, Sequence
+from typing import Callable, Collection, Mapping, Sequence
 
 from demo.state.bindings import PARTS_BY_NUMBER
 from sim.body.skeleton import PART_NAMES, expand_part
@@ -19,8 +19,11 @@ class StyleChoice:
     `style` is never changed in place: each change makes a new mapping, so a Command may keep the one it was given.
     While `blending`, a style that is chosen is blended into the part's style, and the slider moves its share."""
 
-    def __init__(self, styles: Sequence[str], chance: random.Random | None = None) -> None:
+    def __init__(
+        self, styles: Sequence[str], chance: random.Random | None = None, noncommercial: Collection[str] = ()
+    ) -> None:
         self.styles = tuple(styles)
+        self.noncommercial = frozenset(noncommercial)  # of the styles, those for non-commercial use only
         self.picked = "all"
         self.style = StyleSpec()
         self.blending = False
@@ -96,9 +99,9 @@ class StyleChoice:
         """A new style is there to choose."""
         self.styles = tuple(sorted({*self.styles, name}))
 
-    def offer(self, styles: Sequence[str]) -> None:
+    def offer(self, styles: Sequence[str], noncommercial: Collection[str] = ()) -> None:
         """Another list of styles to choose from; parts with one that is not in it return to their own."""
-        self.styles = tuple(styles)
+        self.styles, self.noncommercial = tuple(styles), frozenset(noncommercial)
         self.style = StyleSpec({part: spec for part, spec in self.style.items() if set(spec.names) <= set(styles)})
 
     def reset(self, everything: bool = False) -> None:

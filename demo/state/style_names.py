@@ -1,9 +1,7 @@
-"""Styles as users write them, PART=NAME[+OTHER@SHARE][:STRENGTH], the sentence for a name that the bank does not hold,
-and the movements that a style knows."""
+"""Styles as users write them, PART=NAME[+OTHER@SHARE][:STRENGTH], and the movements that a style knows."""
 
 import re
-from difflib import get_close_matches
-from typing import Collection, Iterable
+from typing import Iterable
 
 from sim.body.skeleton import expand_part
 from sim.style_spec import MAX_STRENGTH, PartSpec
@@ -32,15 +30,6 @@ def parse_style(text: str) -> tuple[tuple[str, ...], PartSpec]:
             f"the share in '{text}' must lie in 0 .. 1: it says how much of the way from {first} to {other}"
         )
     return expand_part(target), PartSpec(first, strength, other, share)
-
-
-def check_styles(wanted: Iterable[str], known: Collection[str]) -> None:
-    """Raises ValueError for the first style that is not known, naming those that are spelt like it."""
-    for name in wanted:
-        if name not in known:
-            near = get_close_matches(name, known, 3)
-            hint = f"did you mean {' or '.join(near)}?" if near else "`patchwalk styles list` shows what there is"
-            raise ValueError(f"unknown style '{name}': {hint}")
 
 
 def movement_names(movements: Iterable[str]) -> tuple[str, ...]:

@@ -15,8 +15,9 @@ class Stylizers:
         """Goes on to the next one; its name. Raises ValueError, and changes nothing, where there is no other or it is
         broken."""
         from stylizer.runtime import catalogue
+        from stylizer.systems import checkpoint
 
-        current, names = self._current, catalogue.names()
+        current, names = self._current, checkpoint.names()
         if len(names) < 2:
             raise ValueError("there is no other stylizer: `patchwalk train stylizer --network NAME` makes one")
         self._ready[current.name] = current
@@ -31,7 +32,7 @@ class Stylizers:
         """The name of the one in use; None for the one that is used unless another is named."""
         from stylizer.systems import checkpoint
 
-        return None if self._current.name == checkpoint.SLIM else self._current.name
+        return None if self._current.name == checkpoint.SHIPPED else self._current.name
 
     def resample(self) -> None:
         """Samples the styles of a prior again. Raises ValueError where the stylizer has none."""

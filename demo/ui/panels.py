@@ -19,6 +19,7 @@ from demo.ui.plots import Dial, HeatMap, Times
 from demo.ui.widgets import Beside, Button, Buttons, Cell, Choice, Choices, Field, Label, Slider, Stack, Table, Widget
 from sim.body.pose import Pose
 from sim.body.skeleton import GROUPS, PART_NAMES
+from sim.io.provenance import NONCOMMERCIAL
 from sim.latency import Latency
 from sim.style_spec import MAX_STRENGTH, PartSpec, StyleSpec
 
@@ -97,6 +98,7 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
             "no blend" if choice.blending and name == OWN else name,
             f"choose:{name}",
             OWN_STYLE if name == OWN else style_colour(name),
+            NONCOMMERCIAL if name in choice.noncommercial else "",
         )
         for name in listed
     )
@@ -241,12 +243,12 @@ def dial(pose: Pose) -> Panel:
 def attention(values: np.ndarray | str, part: str, spec: PartSpec | None) -> Panel:
     """The attention map of a part: values (content samples, style samples), or a sentence why there is none."""
     title = Label(f"what the {readable(part)} attends to", FAINT, SMALL)
-    style = f"down: last 0.5 s; across: 3 s of {' and '.join(spec.names) if spec else 'neutral'}"
+    style = f"down: last 0.5 s; across: a stride of {' and '.join(spec.names) if spec else 'neutral'}"
     if isinstance(values, str):
         return Panel((title, Label(values, ALERT, SMALL)), "bottom right", 250)
     colour = style_colour(spec.name) if spec else OWN_STYLE
     rows = tuple(map(tuple, values.round(3).tolist()))
-    return Panel((title, HeatMap(rows, 3, style, tuple(colour))), "bottom right")
+    return Panel((title, HeatMap(rows, style, tuple(colour))), "bottom right")
 
 
 @cache

@@ -84,10 +84,9 @@ class Dial(Untouched):
 
 @dataclass(frozen=True)
 class HeatMap(Untouched):
-    """A table of shares as colours, from dark to light; `columns` blocks side by side are told apart by a line."""
+    """A table of shares as colours, from dark to light."""
 
     rows: tuple[tuple[float, ...], ...]
-    columns: int
     below: str
     colour: Colour
 
@@ -101,7 +100,4 @@ class HeatMap(Untouched):
         pixels = low + (high - low) * np.minimum(2 * values, 1) + (1 - high) * np.maximum(2 * values - 1, 0)
         place = (box[0], box[1], box[2], 72)
         canvas.picture((255 * pixels).astype(np.uint8), place)
-        for border in range(1, self.columns):
-            x = place[0] + place[2] * border / self.columns
-            canvas.line([(x, place[1]), (x, place[1] + place[3])], INK, 0.5)
         canvas.text(shorten(self.below, box[2], SMALL), box[0], box[1] + 82, FAINT, SMALL)

@@ -1,10 +1,13 @@
 """Where motion capture comes from and under which licence, and by which commit weights are trained: what their header
 says."""
 
+import os
 import subprocess
 from pathlib import Path
 from typing import Iterable
 
+PERMISSIVE = "PATCHWALK_PERMISSIVE"  # the environment variable that leaves out what is for non-commercial use
+NONCOMMERCIAL = "non-commercial"  # what the licence of such a file says, and the name of the folder that holds them
 CONTROLLER = "patchwalk"  # the folder of what the controller made: all of it in its one style
 # Folder name of an archive, as it is unpacked: who made it, and its licence.
 ARCHIVES = {
@@ -20,8 +23,24 @@ ARCHIVES = {
     "100style-neutral": "100STYLE, Ian Mason (CC BY 4.0)",
     CONTROLLER: "motion of Patchwalk's own controller (as its weights)",
     "bandai-namco": "Bandai-Namco Research Motiondataset, Bandai Namco Research Inc. "
-    "(CC BY-NC 4.0: non-commercial use only)",
+    f"(CC BY-NC 4.0: {NONCOMMERCIAL} use only)",
 }
+
+
+def permissive_only() -> bool:
+    """Whether this process leaves out all that is for non-commercial use: PATCHWALK_PERMISSIVE=1, or --permissive."""
+    return os.environ.get(PERMISSIVE, "0") not in ("", "0")
+
+
+def noncommercial(folder: Path) -> Path:
+    """Beside a folder of the package, the one of the same name with what is for non-commercial use: it may be
+    missing."""
+    return folder.parent / NONCOMMERCIAL / folder.name
+
+
+def allowed(folder: Path) -> tuple[Path, ...]:
+    """A folder of the package, and its `noncommercial` one where this process may use it."""
+    return (folder,) if permissive_only() else (folder, noncommercial(folder))
 
 
 def credit(folder: Path, files: Iterable[Path]) -> str:

@@ -6,7 +6,7 @@ from typing import Mapping
 
 import numpy as np
 from safetensors import safe_open
-from safetensors.numpy import save_file
+from safetensors.numpy import save
 
 from sim.io.atomic_write import atomic_write
 
@@ -35,7 +35,7 @@ def write(path: Path, arrays: Mapping[str, np.ndarray], header: Mapping[str, str
     """Writes a file whole or not at all, with the folders above it. Raises OSError where it cannot be written."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_write(path) as temporary:
-        save_file({key: np.ascontiguousarray(array) for key, array in arrays.items()}, temporary, dict(header))
+        temporary.write_bytes(save({key: np.ascontiguousarray(array) for key, array in arrays.items()}, dict(header)))
 
 
 def check_header(path: Path, header: Mapping[str, str], wanted: Mapping[str, str], remedy: str) -> None:

@@ -5,9 +5,10 @@ A stride is one full cycle, from a step of one foot to the next step of the same
 import numpy as np
 
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, TOE_HEIGHT
+from sim.math.easing import smooth_step
 from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT
-from sim.motion.thresholds import BACK_SPEED, RUN_SPEED, SIDE_SPEED, STAND_SPEED
+from sim.motion.thresholds import BACK_SPEED, RUN_SPEED, SIDE_SPEED, STAND_SPEED, STYLE_WALK_OR_RUN
 
 ANKLES = [INDEX["LeftFoot"], INDEX["RightFoot"]]
 HYSTERESIS = 0.25  # share of the signal's deviation by which it must pass its mean before a crossing counts
@@ -19,6 +20,10 @@ AIRBORNE_HEIGHT = 0.05  # metres over its height on the floor at which the lower
 # A run slower than RUN_SPEED is known by the share of time that both feet are in the air, or by its strides a second.
 SLOWEST_RUN, AIRBORNE_SHARE, RUN_CADENCE = 1.3, 0.12, 1.22
 TURN_RATE = 0.5  # radians a second
+SLOW = 0.3  # metres a second: speeds are compared by the logarithm of how many times this they are
+SIDEWAYS = 2.0  # by how much more another direction counts than another speed
+TURN_UNIT = 2.0  # radians a second of turning that count as much as a speed SLOW e^1 does beside standing
+RUN_APART = 2.0  # by which a run is further from a walk than its speed says
 MOVEMENTS = ("stand", "walk", "run", "back", "strafe left", "strafe right", "turn left", "turn right")
 
 
@@ -88,6 +93,22 @@ def movement_of(root_velocity: np.ndarray, airborne: float = 0.0, strides: float
         return "back"
     quick = airborne > AIRBORNE_SHARE or strides > RUN_CADENCE
     return "run" if forward > RUN_SPEED or (forward > SLOWEST_RUN and quick) else "walk"
+
+
+def with_run(root_velocity: np.ndarray) -> np.ndarray:
+    """Gaits (..., 4) of root velocities (..., 3): as fourth number how far they are a run's, 0..1."""
+    return np.concatenate([root_velocity, smooth_step(root_velocity[..., 1:2], *STYLE_WALK_OR_RUN)], axis=-1)
+
+
+def gait_distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The square of how far gaits (..., 4), see `with_run`, are apart: who goes another way differs more than who goes
+    at another speed, between two speeds their ratio counts, and a run is no quick walk."""
+    speeds = [np.hypot(v[..., 0], v[..., 1]) for v in (one, other)]
+    reach = [np.log1p(speed / SLOW) for speed in speeds]
+    cosine = (one[..., :2] * other[..., :2]).sum(axis=-1) / np.maximum(speeds[0] * speeds[1], 1e-9)
+    angle = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0)) * SIDEWAYS * np.minimum(*reach)
+    turn, run = np.moveaxis(one[..., 2:] - other[..., 2:], -1, 0)
+    return np.square(reach[0] - reach[1]) + np.square(angle) + np.square(turn / TURN_UNIT) + np.square(RUN_APART * run)
 
 
 def fit_cycle(signal: np.ndarray, phase: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ from sim.retarget.retarget import load_clip
 from stylizer.data.style_labels import labels
 
 STYLE_WINDOW = 32  # samples of a style clip in training: about one gait cycle
-CLIP_WINDOW = 64  # samples of it in which key poses are looked for: a slow gait cycle and more
+CLIP_WINDOW = 64  # samples of it a style is read from: a slow gait cycle and more
 CONTENT_SPAN = (WINDOW - 1) * STRIDE  # frames between the first and the last sample of a content window
 LATER = 7  # frames between a content window and the later one that sees the same instants again; odd
 SHORTEST = CONTENT_SPAN + LATER + 1  # frames; shorter clips hold no window

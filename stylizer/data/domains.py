@@ -79,7 +79,7 @@ class LabelledSampler(Sampler):
                 self.by_domain[labels.index(label)].append(index)
         self.domains = sorted(self.by_domain)
 
-    def batch(self, size: int) -> DomainBatch[np.ndarray]:  # type: ignore[override]  # nobody takes either kind
+    def batch(self, size: int) -> DomainBatch[np.ndarray]:
         """Random windows, half of them mirrored."""
         domains = self.random.choice(self.domains, (2, size))
         rows = zip(*(self._row(source, target) for source, target in domains.T))

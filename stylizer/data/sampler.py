@@ -2,13 +2,15 @@
 
 from collections import defaultdict
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from sim.body.skeleton import JOINT_COUNT, MIRROR
+from sim.io.provenance import CONTROLLER
 from sim.motion.features import FEATURES, LAYOUT, STRIDE, WINDOW
 from sim.motion.thresholds import MOVING_CLIP
-from stylizer.data.dataset import CLIP_WINDOW, CONTENT_SPAN, LATER, STYLE_WINDOW, MotionData, PackedClip
+from stylizer.data.dataset import CLIP_WINDOW, CONTENT_SPAN, LATER, STILL_SHARE, STYLE_WINDOW, MotionData, PackedClip
 from stylizer.data.gait_matching import LAGS, OTHER_FOOT, best_match, closeness, gait_signal
 
 CROPPING = 0.2  # share of the source windows that are played slower or faster (temporal random cropping, Sec. 3.1)
@@ -19,7 +21,10 @@ ELSEWHERE_STILL = 0.5
 SAME_VELOCITY = (
     0.15  # m/s and rad/s, added up: clips whose mean root velocities differ by no more are takes of one action
 )
-LIKE_SPEEDS = 0.5  # share of the targets that move about as fast as their source; the others teach by their exemplars
+CONTROLLER_SHARE = 0.4  # of the sources: what the network restyles live
+RUNNING, RUNNING_SHARE = 1.8, 2.0  # metres a second above which sources are drawn so much more often, for they are rare
+SLOWEST = 0.5  # metres a second; slower clips are drawn of the controller alone
+CANDIDATES, LIKE_VELOCITY = 12, 0.5  # share of the targets at the root velocity of their source, the nearest of so many
 
 # Mirroring in features: the x of every vector flips, and so does the turn rate.
 MIRROR_SIGNS = np.where(np.isin(np.arange(FEATURES), (0, 3, 6, 9, 12, 14)), -1.0, 1.0).astype(np.float32)
@@ -52,27 +57,41 @@ class Batch:
 class Sampler:
     """Draws batches; its random state can be saved, so that training resumes exactly."""
 
+    BATCH: type = Batch
     OWN_SAMPLES = CLIP_WINDOW  # in which the source's own style is seen
 
     def __init__(self, data: MotionData, seed: int) -> None:
         self.data = data
         self.source_weights, self.target_weights = data.weights()
-        self.random = np.random.default_rng(seed)
         self.speeds = np.array([clip.speed for clip in data.clips])
+        self._prefer_movement()
+        self.random = np.random.default_rng(seed)
         self.gaits: dict[str, np.ndarray] = {}  # of clips that were drawn before
         self.root_velocities: dict[str, np.ndarray] = {}  # likewise
         self.alike: dict[str | None, list[PackedClip]] = defaultdict(list)  # the clips of a performer style
         for clip in data.clips:
             self.alike[clip.performer_style].append(clip)
+        self.mean_velocities = np.array([self._root_velocity(clip) for clip in data.clips])
 
-    def batch(self, size: int) -> Batch:
-        """Random windows, half of them mirrored."""
+    def _prefer_movement(self) -> None:
+        """Sources and targets move; of the sources, CONTROLLER_SHARE is the controller's own motion."""
+        own = np.array([clip.performer_style == CONTROLLER for clip in self.data.clips])
+        moving = self.speeds > SLOWEST
+        drawn = self.source_weights * np.where(moving, 1.0, STILL_SHARE * own)
+        drawn *= np.where(self.speeds > RUNNING, RUNNING_SHARE, 1.0)
+        share = CONTROLLER_SHARE if own.any() and not own.all() else own.mean()
+        self.source_weights = _shares(_shares(drawn * own) * share + _shares(drawn * ~own) * (1 - share))
+        self.target_weights = _shares(self.target_weights * moving)
+
+    def batch(self, size: int) -> Any:
+        """Random windows, half of them mirrored: a BATCH."""
         sources = self.random.choice(len(self.speeds), size, p=self.source_weights)
-        candidates = self.random.choice(len(self.speeds), (size, 4), p=self.target_weights)
-        closest = np.abs(self.speeds[candidates] - self.speeds[sources][:, None]).argmin(axis=1)
-        targets = candidates[np.arange(size), np.where(self.random.random(size) < LIKE_SPEEDS, closest, 0)]
+        candidates = self.random.choice(len(self.speeds), (size, CANDIDATES), p=self.target_weights)
+        apart = np.abs(self.mean_velocities[candidates] - self.mean_velocities[sources][:, None]).sum(axis=2)
+        closest = np.where(self.random.random(size) < LIKE_VELOCITY, apart.argmin(axis=1), 0)
+        targets = candidates[np.arange(size), closest]
         rows = zip(*(self._row(self.data.clips[i], self.data.clips[j]) for i, j in zip(sources, targets)))
-        return Batch(*(np.stack(column).astype(np.float32) for column in rows))
+        return self.BATCH(*(np.stack(column).astype(np.float32) for column in rows))
 
     def _row(self, source: PackedClip, target: PackedClip) -> tuple[np.ndarray | float, ...]:
         flip_source, flip_target = (bool(flip) for flip in self.random.random(2) < 0.5)
@@ -164,3 +183,8 @@ def measure_statistics(sampler: Sampler, batches: int = 64) -> tuple[np.ndarray,
         shared = np.sqrt(variance[:, channels].mean(axis=1, keepdims=True))
         deviation[:, channels] = np.maximum(shared, 0.3 * shared.mean())
     return mean, deviation
+
+
+def _shares(weights: np.ndarray) -> np.ndarray:
+    """Weights that add up to 1, or none at all."""
+    return weights / max(weights.sum(), 1e-9)

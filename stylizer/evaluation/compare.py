@@ -26,11 +26,12 @@ from stylizer.evaluation.transfer_benchmark import (
     measure_transfer,
 )
 from stylizer.networks.layers import of_kind
-from stylizer.runtime.offline import ResolvedStyle, evaluate
+from stylizer.runtime.offline import Network, ResolvedStyle, evaluate
 from stylizer.styles.code_bank import UNKNOWN_GAIT
+from stylizer.styles.joint_tokens import TOKENS
 from stylizer.styles.style_clips import StyleClips
 from stylizer.systems import checkpoint
-from stylizer.systems.motion_puzzle.model import MotionPuzzle
+from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.registry import SYSTEMS
 from stylizer.systems.whole_body import WholeBody
 
@@ -38,6 +39,8 @@ from stylizer.systems.whole_body import WholeBody
 ALL = (
     ("full", "offline", 22),
     ("large", "offline", 22),
+    ("joints", "offline", 44),
+    ("joints", "live", 22),
     ("slim", "offline", 44),
     ("slim", "live", 22),
     *(
@@ -107,7 +110,7 @@ def compare(data_dir: Path, folder: Path | None = None, progress: Progress | Non
 
 
 def measure_network(
-    model: MotionPuzzle | WholeBody,
+    model: Network,
     name: str,
     mode: str,
     size: int,
@@ -157,7 +160,7 @@ def diversity(transfer: Sampled, takes: Sequence[Take], classifiers: Classifiers
 
 
 @torch.inference_mode()
-def clip_milliseconds(model: MotionPuzzle | WholeBody) -> list[float]:
+def clip_milliseconds(model: Network) -> list[float]:
     """[median, deviation] of what the network takes to restyle a clip of CLIP samples in the style of another as
     long."""
     motion = torch.randn(21, 1, CLIP, 15, generator=torch.Generator().manual_seed(0))
@@ -166,6 +169,9 @@ def clip_milliseconds(model: MotionPuzzle | WholeBody) -> list[float]:
         start = time.perf_counter()
         if isinstance(model, WholeBody):
             model.restyled(motion, model.encode(motion, torch.zeros(1, dtype=torch.long)))
+        elif isinstance(model, JointPuzzle):
+            style = model.encode_style(motion, TOKENS)
+            model(motion, style, style, CLIP)
         else:
             style = model.encode_style(motion)
             model(motion, style, style)

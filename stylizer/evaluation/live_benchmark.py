@@ -98,9 +98,7 @@ class Motion:
 
     @classmethod
     def of_clip(cls, clip: Clip) -> "Motion":
-        """Of a captured clip, without its ends."""
-        margin = int(len(clip) * bundled_styles.MARGIN)
-        clip = clip[margin : len(clip) - margin]
+        """Of a captured clip."""
         positions = clip.positions()
         return cls(positions, clip_features(clip), root_frame(positions).positions)
 
@@ -245,7 +243,7 @@ def evaluate_live(
             for style, motion in zip(styles, drawn)
         ]
         rows += found
-        totals[movement] = summarize(found, neutral)
+        totals[movement] = summarize([row for row in found if row["sra"] is not None], neutral)
         drawn_by_movement[movement], neutral_by_movement[movement] = dict(zip(styles, drawn)), neutral
     report = {
         "classifiers": {kind: panel.held_out for kind, panel in classifiers.items()},
@@ -262,22 +260,27 @@ def settle_seconds(movement: str) -> float:
 
 
 def load_references(data_dir: Path, files: Mapping[tuple[str, str], Sequence[Path]]) -> dict[str, dict[str, Reference]]:
-    """Style -> content (walk, run, back) -> its captured motion. Raises ValueError where a style's walk is not
-    there."""
+    """Style -> content (walk, run, back) -> its captured motion; of a style that no label knows, its first clip. Raises
+    ValueError where a clip that a style is judged by is not there."""
     result: dict[str, dict[str, Reference]] = {}
-    for name, (clips, _) in bundled_styles.CLIPS.items():
+    for name, clips in bundled_styles.CLIPS.items():
         used = {Path(clip).name for clip in clips}
-        for clip in clips:
+        for place, clip in enumerate(clips):
             found = style_labels.labels(Path(clip).stem)
             content = next((kind for kind, (first, *_) in CONTENTS.items() if found and found[0] == first), None)
-            path = bundled_styles.find_clip(data_dir, clip)
-            if found is None or content is None:
+            if found is None and place == 0:
+                content = "walk"
+            if content is None:
                 continue
-            if path is None:
+            motion = bundled_styles.read_clip(data_dir, clip)
+            if motion is None and found:
                 raise ValueError(f"{data_dir} lacks {clip}, which a bundled style is made of: unpack its archive there")
-            takes = [take for take in files.get(found, ()) if take.name not in used]
+            if motion is None:
+                continue
+            takes = [take for take in files.get(found, ()) if take.name not in used] if found else []
+            other = bundled_styles.trim_ends(load_clip(takes[0])) if takes else None
             result.setdefault(name, {})[content] = Reference(
-                Motion.of_clip(load_clip(path)), Motion.of_clip(load_clip(takes[0])) if takes else None
+                Motion.of_clip(motion), Motion.of_clip(other) if other else None
             )
     return result
 
@@ -302,14 +305,15 @@ def measure_style(
     what is closed of it, from the neutral motion to the style's clip."""
     content, reference = reference_for(movement, references)
     kind, clip = movement.split("_")[0], reference.clip
-    label = label_of(bundled_styles.CLIPS[style][0][0].removesuffix(".bvh"))
+    label = label_of(bundled_styles.CLIPS[style][0].removesuffix(".bvh"))
     classifier = classifiers["style" if kind in ("walk", "run") else "upper_style"]
-    result = {
+    judged = classifier.knows(label)
+    result: dict[str, Any] = {
         "style": style,
         "movement": movement,
         "compared_with": content,
-        "sra": classifier.share(drawn.features, [label]),
-        "top3": classifier.share(drawn.features, [label], TOP),
+        "sra": classifier.share(drawn.features, [label]) if judged else None,
+        "top3": classifier.share(drawn.features, [label], TOP) if judged else None,
         "cra": classifiers["content"].share(drawn.features, CONTENTS[kind]) if kind in CONTENTS else None,
     }
     for name, statistic, left in (("mean_pose", mean_positions, True), ("motion_amplitude", motion_amplitude, False)):

@@ -100,6 +100,10 @@ class Panel:
         both = np.mean([classifier.probabilities(windows) for classifier in self.classifiers], axis=0)
         return [[self.classifiers[0].labels[i] for i in order] for order in (-both).argsort(axis=1)]
 
+    def knows(self, label: str | None) -> bool:
+        """Whether this is one of the labels that it tells apart."""
+        return label in self.classifiers[0].labels
+
     def share(self, features: np.ndarray, wanted: Sequence[str | None], top: int = 1) -> float:
         """The share of a motion's windows in which a wanted label is among the `top` likeliest."""
         return float(np.mean([bool(set(names[:top]) & set(wanted)) for names in self.ranks(features)]))

@@ -1,4 +1,4 @@
-"""Pictures of what the stylizer does, after Fig. 8, 9, 11 and 12 of the paper: stick figures walking from left to
+"""Pictures of what the stylizer does, after Fig. 9, 11 and 12 of the paper: stick figures walking from left to
 right."""
 
 from functools import partial
@@ -11,24 +11,18 @@ import torch
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sim.body.kinematics import to_local
 from sim.body.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT, expand_part
 from sim.io.atomic_write import atomic_write
 from sim.math import rotations as rot
 from sim.motion.clip import Clip, root_frame
-from sim.motion.features import STRIDE, WINDOW, clip_features
+from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features
 from sim.retarget.retarget import load_clip
-from stylizer.networks.layers import BlockFeatures
-from stylizer.runtime.attention import attention_map
-from stylizer.runtime.offline import ResolvedStyle, encode_clip, stylize, to_pose
-from stylizer.runtime.pose_delta import apply_delta, pose_delta, rotations_of_delta
+from stylizer.runtime.offline import ResolvedStyle, encode_clip, stylize
 from stylizer.styles import bundled_styles
-from stylizer.styles.encoding import encode
-from stylizer.styles.style_clips import SHORTEST, single_clip, style_windows
-from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
+from stylizer.styles.style_clips import StyleClips
 from stylizer.systems import checkpoint
-from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, expand_batch
+from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
+from stylizer.systems.motion_puzzle.style_tensors import take_batch
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402 - after the choice of a backend that needs no display
@@ -45,23 +39,22 @@ CONTENT = "accad/Male1_B3_Walk.bvh"  # the walk that is restyled
 def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     """Draws all pictures into a folder, made if missing. Raises ValueError or OSError where clips or folder do not
     serve."""
-    paths = {name: bundled_styles.find_clip(data_dir, clips[0]) for name, (clips, _) in bundled_styles.CLIPS.items()}
-    clips = {name: _middle(load_clip(path)) for name, path in paths.items() if path}
+    read = {name: bundled_styles.read_clip(data_dir, clips[0]) for name, clips in bundled_styles.CLIPS.items()}
+    clips = {name: clip for name, clip in read.items() if clip}
     content_path = bundled_styles.find_clip(data_dir, CONTENT)
     if len(clips) < 2 or not content_path:
         raise ValueError(f"{data_dir} lacks {CONTENT} or the clips of the bundled styles: unpack the archives there")
     model, _ = checkpoint.load()
     content = load_clip(content_path)
-    encoded = {name: encode(model, style_windows(clip_features(clip))) for name, clip in clips.items()}
+    styles = {name: encode_clip(model, clip_features(clip)) for name, clip in clips.items()}
     drawings = {
-        "content-only": lambda: draw_content_only(model, {"neutral": content, **clips}, encoded),
-        "interpolation": lambda: draw_interpolation(model, content, encoded),
-        "locality": lambda: draw_locality(model, content, encoded, clips),
+        "interpolation": lambda: draw_interpolation(model, content, styles),
+        "locality": lambda: draw_locality(model, content, styles, clips),
     }
     for part in ("left_leg", "left_arm") if model.config.attention else ():
-        drawings[f"attention-{part}"] = partial(draw_attention, model, content, clips, part)
-    for name, features in encoded.items():
-        drawings[f"style-{name}"] = partial(draw_strip, model, content, clips[name], features, name)
+        drawings[f"attention-{part}"] = partial(draw_attention, model, content, styles, part)
+    for name, style in styles.items():
+        drawings[f"style-{name}"] = partial(draw_strip, model, content, clips[name], style, name)
     folder.mkdir(parents=True, exist_ok=True)
     for name, draw in drawings.items():
         figure = draw()
@@ -71,38 +64,15 @@ def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     return [folder / f"{name}.png" for name in drawings]
 
 
-def draw_strip(model: MotionPuzzle, content: Clip, style: Clip, features: StyleFeatures, name: str) -> Figure:
+def draw_strip(model: JointPuzzle, content: Clip, clip: Clip, style: StyleClips, name: str) -> Figure:
     """Neutral walk, style clip and output, a row each."""
-    output = stylize(
-        model, content, {part: ResolvedStyle(single_clip(features, clip_features(style))) for part in PART_NAMES}
-    )
-    return _rows({"neutral": (content, SOURCE), f"{name} (clip)": (style, TARGET), "output": (output, OUTPUT)})
+    output = stylize(model, content, dict.fromkeys(PART_NAMES, ResolvedStyle(style)))
+    return _rows({"neutral": (content, SOURCE), f"{name} (clip)": (clip, TARGET), "output": (output, OUTPUT)})
 
 
-def draw_content_only(model: MotionPuzzle, clips: Mapping[str, Clip], encoded: Mapping[str, StyleFeatures]) -> Figure:
-    """What is left of content without a style of its own (Fig. 8): decoded in the mean of all styles."""
-    names = [name for name in ("neutral", "marching", "hunched") if name in clips]
-    rows = {}
-    for name in names:
-        features = clip_features(clips[name])
-        own = encode_clip(model, features)
-        batch = model.normalize(torch.from_numpy(_whole_windows(features).astype(np.float32)))
-        with torch.inference_mode():
-            answer, _ = model(batch, *(expand_batch(style, batch.shape[1]) for style in (_mean(encoded), own.features)))
-            answer = model.restore(answer).double().numpy()
-        seen = clips[name][: len(answer) * WINDOW * STRIDE : STRIDE]
-        pose = to_pose(seen)
-        rows[name] = seen, SOURCE
-        delta = pose_delta(answer.reshape(-1, *answer.shape[2:]), features[: len(seen) * STRIDE : STRIDE])
-        output = apply_delta(pose, rotations_of_delta(delta), delta[:, -1])
-        rows[f"content of {name}"] = Clip(output.hips, to_local(output.rotations), seen.fps), OUTPUT
-    return _rows(rows, step=STRIDE)
-
-
-def draw_interpolation(model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures]) -> Figure:
+def draw_interpolation(model: JointPuzzle, content: Clip, styles: Mapping[str, StyleClips]) -> Figure:
     """From one style to another in five steps (Fig. 12), whole body and arms alone."""
-    first, other = _two(encoded)
-    styles = {name: single_clip(encoded[name], clip_features(content)) for name in (first, other)}
+    first, other = _two(styles)
     figure, panels = plt.subplots(2, 5, figsize=(11, 5), layout="constrained")
     for row, group in zip(panels, ("all", "arms")):
         for axes, share in zip(row, np.linspace(0, 1, 5)):
@@ -118,19 +88,18 @@ def draw_interpolation(model: MotionPuzzle, content: Clip, encoded: Mapping[str,
 
 
 def draw_locality(
-    model: MotionPuzzle, content: Clip, encoded: Mapping[str, StyleFeatures], clips: Mapping[str, Clip]
+    model: JointPuzzle, content: Clip, styles: Mapping[str, StyleClips], clips: Mapping[str, Clip]
 ) -> Figure:
     """One style on one part of the body at a time (Fig. 11), what is restyled in red."""
-    _, name = _two(encoded)
+    _, name = _two(styles)
     figure, panels = plt.subplots(2, 4, figsize=(14, 5.4), layout="constrained")
-    features = single_clip(encoded[name], clip_features(clips[name]))
     shown: list[tuple[str, Clip, str, set[str]]] = [
         ("source", content, SOURCE, set()),
         (f"{name} (clip)", clips[name], TARGET, set()),
     ]
     for group in (*PART_NAMES, "all"):
         touched = set(expand_part(group))
-        output = stylize(model, content, {part: ResolvedStyle(features) for part in touched})
+        output = stylize(model, content, {part: ResolvedStyle(styles[name]) for part in touched})
         shown.append((f"{name} on {group.replace('_', ' ')}", output, OUTPUT, touched))
     for axes, (title, clip, color, touched) in zip(panels.flat, shown):
         _row(axes, clip, color, TOUCHED, touched, count=4)
@@ -138,52 +107,35 @@ def draw_locality(
     return figure
 
 
-def draw_attention(model: MotionPuzzle, content: Clip, clips: Mapping[str, Clip], part: str) -> Figure:
+@torch.inference_mode()
+def draw_attention(model: JointPuzzle, content: Clip, styles: Mapping[str, StyleClips], part: str) -> Figure:
     """Which instants of the style each instant of the content looks at (Fig. 9), and the poses at the brightest
     places."""
-    _, name = _two(clips)
-    features, style = clip_features(content), clip_features(clips[name])
+    _, name = _two(styles)
+    features, place = clip_features(content), PART_NAMES.index(part)
     start = int(START * len(features))
     window = features[start : start + WINDOW * STRIDE : STRIDE]
     motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-    windows = style_windows(style)
-    seen = attention_map(model, motion, encode(model, windows), PART_NAMES.index(part))
+    own, style = (take_batch(each.features, [0]) for each in (encode_clip(model, features), styles[name]))
+    seen = model.attention(model.queries(motion, own, WINDOW), style["keys"])[place, 0].numpy()
     figure, (top, below) = plt.subplots(2, 1, figsize=(11, 6.5), layout="constrained", height_ratios=(1, 1.5))
-    seconds = STYLE_WINDOW * STRIDE / 60
-    top.imshow(seen, aspect="auto", cmap="magma", extent=(0, 3 * seconds, WINDOW * STRIDE / 60, 0))
+    length = WINDOW * STRIDE / content.fps
+    top.imshow(seen, aspect="auto", cmap="magma", extent=(0, 1, length, 0))
     top.set(
         title=f"attention of the {part.replace('_', ' ')}: a neutral walk looks at '{name}'",
-        xlabel="seconds of the style (three windows, side by side)",
+        xlabel="stride of the style",
         ylabel="seconds of the content",
     )
-    starts = np.linspace(0, len(style) - SHORTEST, len(windows)).round().astype(int)
-    matched = []
-    for sample in np.linspace(0, len(seen) - 1, 4).round().astype(int):
-        column = int(seen[sample].argmax())
-        per_window = seen.shape[1] // len(windows)
-        step = SHORTEST / per_window
-        frame = int(starts[column // per_window] + (column % per_window + 0.5) * step)
-        instant = start + int((sample + 0.5) * WINDOW * STRIDE / len(seen))
-        matched.append((_upright(content)[instant], _upright(clips[name])[frame]))
-        top.plot(
-            (column + 0.5) / seen.shape[1] * 3 * seconds,
-            (sample + 0.5) / len(seen) * WINDOW * STRIDE / 60,
-            "o",
-            markerfacecolor="none",
-            markeredgecolor="w",
-            markersize=9,
-        )
-        top.annotate(
-            str(len(matched)),
-            ((column + 0.5) / seen.shape[1] * 3 * seconds, (sample + 0.5) / len(seen) * WINDOW * STRIDE / 60),
-            color="w",
-            xytext=(7, -3),
-            textcoords="offset points",
-        )
-    for place, poses in enumerate(matched):
+    for number, sample in enumerate(np.linspace(0, len(seen) - 1, 4).round().astype(int)):
+        token = int(seen[sample].argmax())
+        at = (token + 0.5) / seen.shape[1], (sample + 0.5) / len(seen) * length
+        top.plot(*at, "o", markerfacecolor="none", markeredgecolor="w", markersize=9)
+        top.annotate(str(number + 1), at, color="w", xytext=(7, -3), textcoords="offset points")
+        shown = model.token_pose(style, token)[:, LAYOUT["position"]].double().numpy()
+        poses = _upright(content)[start + sample * STRIDE], shown
         for shift, pose, color in zip((0.0, 0.9), poses, (SOURCE, TARGET)):
-            draw_pose(below, pose, 2.4 * place + shift, color, TOUCHED, {part})
-        below.annotate(f"{place + 1}: content, style", (2.4 * place + 0.45, -0.12), ha="center", fontsize=9)
+            draw_pose(below, pose, 2.4 * number + shift, color, TOUCHED, {part})
+        below.annotate(f"{number + 1}: content, style", (2.4 * number + 0.45, -0.12), ha="center", fontsize=9)
     finish_axes(below)
     return figure
 
@@ -250,28 +202,6 @@ def finish_axes(axes: Axes) -> None:
     axes.set(aspect="equal", ylim=(-0.2, 1.9), xticks=[], yticks=[])
     for spine in axes.spines.values():
         spine.set_visible(False)
-
-
-def _middle(clip: Clip) -> Clip:
-    """The clip without its ends, as the bundled styles are computed."""
-    margin = int(len(clip) * bundled_styles.MARGIN)
-    return clip[margin : len(clip) - margin]
-
-
-def _whole_windows(features: np.ndarray) -> np.ndarray:
-    """(n, WINDOW, 21, 15) side by side, from 60 Hz features."""
-    count = len(features) // (WINDOW * STRIDE)
-    return features[: count * WINDOW * STRIDE : STRIDE].reshape(count, WINDOW, *features.shape[1:])
-
-
-def _mean(encoded: Mapping[str, StyleFeatures]) -> StyleFeatures:
-    """The mean of styles with as many tokens each."""
-    return {
-        level: BlockFeatures(
-            *(torch.stack(values).mean(dim=0) for values in zip(*(features[level] for features in encoded.values())))
-        )
-        for level in next(iter(encoded.values()))
-    }
 
 
 def _two(named: Mapping) -> tuple[str, str]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Callable, Iterable
 
+from sim.io.provenance import allowed
 from sim.io.user_dirs import cache_folder
 from sim.torch_setup import set_up_torch
 from stylizer.data import style_labels
@@ -21,26 +22,27 @@ from stylizer.evaluation.transfer_benchmark import (
     measure_transfer,
 )
 from stylizer.systems import checkpoint
-from stylizer.systems.motion_puzzle.model import MotionPuzzle
+from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 
 # What is measured, in the order of the table: name of the weights, offline or live, pairs a trial. Where the weights
 # are not there, the row is left out.
 ROWS = (
-    ("full", "offline", 22),
-    ("large", "offline", 22),
+    ("joints", "offline", 44),
+    ("joints", "live", 22),
+    ("joints_half_second", "offline", 44),
+    ("joints_no_attention", "offline", 44),
+    ("joints_whole_body_adain", "offline", 44),
     ("slim", "offline", 44),
     ("slim", "live", 22),
-    ("no_key_poses", "offline", 44),
-    ("key_poses_alone", "offline", 44),
-    ("no_attention", "offline", 44),
-    ("whole_body_adain", "offline", 44),
-    ("paper_losses", "offline", 44),
+    ("paper_narrow", "offline", 44),
+    ("full", "offline", 22),
+    ("large", "offline", 22),
 )
 LEFT_OUT = "left_out"  # weights whose training left some styles out, and what that option is called
 LEFT_OUT_SIZE = SAME_CONTENT_SIZE = 22
 REAL_SIZE = 88
 FURTHER_FIGURES = 5
-SHIPPED = checkpoint.SLIM
+SHIPPED = checkpoint.SHIPPED
 
 Progress = Callable[[int], Callable[[], object]]
 
@@ -52,7 +54,7 @@ class Evaluation:
     report: dict
     notes: list[str]
     data: LabelledTakes
-    model: MotionPuzzle
+    model: JointPuzzle
 
 
 def evaluate_transfer(data_dir: Path, folder: Path | None = None, progress: Progress | None = None) -> Evaluation:
@@ -103,7 +105,7 @@ def evaluate_transfer(data_dir: Path, folder: Path | None = None, progress: Prog
 
 def find_weights(names: Iterable[str], folder: Path | None) -> dict[str, Path]:
     """Of these names the weights that are in the package or in `folder`, which goes first, and where they are."""
-    folders = [checkpoint.FOLDER, *([folder] if folder else [])]
+    folders = [*allowed(checkpoint.FOLDER), *([folder] if folder else [])]
     return {name: where for name in names for where in folders if (where / f"{name}.safetensors").exists()}
 
 

@@ -5,16 +5,17 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from stylizer.networks.layers import BlockFeatures, of_kind
+from stylizer.networks.layers import of_kind
 from stylizer.styles.encoding import TOKEN_WINDOWS
 from stylizer.styles.style_clips import WINDOW
 from stylizer.systems.motion_puzzle.model import BPStyleNet, MotionPuzzle
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
 LEVEL = 2  # the finest graph with attention: two vertices a part, 15 samples a second
 
 
 @torch.inference_mode()
-def attention_map(model: MotionPuzzle, motion: Tensor, style: dict[int, BlockFeatures], part: int) -> np.ndarray:
+def attention_map(model: MotionPuzzle, motion: Tensor, style: StyleFeatures, part: int) -> np.ndarray:
     """How much the content at each sample (rows) looks at each sample of the style clips (columns); rows add up to 1.
 
     motion: normalized, (21, 1, T, 15); style: of every part, as the decoder wants it; part: its place in PART_NAMES.

@@ -6,37 +6,30 @@ import torch
 from sim.body.skeleton import PART_NAMES
 from sim.motion.clip import FPS
 from sim.motion.features import STRIDE, WINDOW
-from stylizer.runtime.live import STEADY, LiveStylizer
+from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.style_mixer import BODY
 from stylizer.styles.joint_tokens import AHEAD, SMOOTHING
-from stylizer.systems.motion_puzzle.joint_config import JOINTS
 from stylizer.systems.motion_puzzle.joint_inference import to_joint_inference
+
+STEADY = 2  # samples over which a pose's velocity is measured
 
 
 class JointStylizer(LiveStylizer):
-    """A `LiveStylizer` without a decoder: the pose is what attention finds. Styles are interpolated every PERIOD
-    frames."""
+    """A `LiveStylizer` whose network is evaluated in every frame: the pose is what attention finds."""
 
     SMOOTHING = SMOOTHING
 
     def _prepare(self) -> None:
-        self._joints = to_joint_inference(self.bank.model)
-        self._kept = {}
+        super()._prepare()
+        self._network = to_joint_inference(self.bank.model)
 
-    def _evaluate_decoder(self, windows: np.ndarray) -> None:
-        for one, mixer in enumerate(self.mixers):
-            mixer.due()
-            if any(mixer.strengths) and mixer.updates_styles:
-                mixer.move(*self._root_velocities(windows[[one]], [one])[:, 0])
-
-    def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
-        """The poses that the spring, which lags, will have caught up with: in these characters' styles and in their
-        own, features (n, 2, 21, 15)."""
+    def _evaluate(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+        """The poses that the spring, which lags, will have caught up with."""
         if not self.bank.model.config.attention:  # nothing is looked up that could come later
             windows = windows.copy()
             windows[:, -1] += AHEAD * FPS / STRIDE / STEADY * (windows[:, -1] - windows[:, -1 - STEADY])
         velocities, styles = self._root_velocities(windows, ones)[BODY], self._styles(ones, which)
-        return np.stack(self._joints.restyle(windows, velocities, *styles), axis=1)
+        return np.stack(self._network.restyle(windows, velocities, *styles), axis=1)
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         """The attention map of a body part now, of one character: (WINDOW / 2, tokens of the style), rows that add up
@@ -46,6 +39,6 @@ class JointStylizer(LiveStylizer):
             raise ValueError("these stylizer weights were trained without attention")
         with torch.inference_mode():
             motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            query = model.queries(motion, self.mixers[0].own(self.bank)[JOINTS], WINDOW)
-            keys = self.mixers[0].styles(self.bank)[0][JOINTS].keys
+            query = model.queries(motion, self.mixers[0].own(self.bank), WINDOW)
+            keys = self.mixers[0].styles(self.bank)[0]["keys"]
             return model.attention(query, keys)[PART_NAMES.index(part), 0, 1::2].numpy()

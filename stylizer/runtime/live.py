@@ -9,19 +9,17 @@ from pathlib import Path
 from typing import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
-import torch
 
 from sim.body.pose import Pose
 from sim.body.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 from sim.command import GAIT_SPEEDS
 from sim.math import rotations as rot
-from sim.math.springs import lag, spring_step
+from sim.math.springs import spring_step
 from sim.motion.clip import FPS, Clip
-from sim.motion.features import FEATURES, LAYOUT, STRIDE
+from sim.motion.features import LAYOUT
 from sim.protocols import Stylizer
 from sim.style_spec import StyleSpec
 from sim.torch_setup import set_up_torch
-from stylizer.runtime.attention import attention_map
 from stylizer.runtime.inertialization import Inertializer
 from stylizer.runtime.pose_delta import (
     ARM_PARTS,
@@ -38,13 +36,11 @@ from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.own_style import OWN
 from stylizer.styles.stride_residual import play_residual
-from stylizer.systems.motion_puzzle.fast_inference import to_inference
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch, write_slot
 
 GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
 # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
 KEPT = 6
-STEADY = 2  # samples over which a pose's velocity is measured
 FIRST, OTHER = 0, 1  # a part's style, and the other one that it is blended with
 
 
@@ -54,7 +50,7 @@ class LiveStylizer:
 
     SMOOTHING = 0.05  # half-life in seconds of the spring that what the network changes follows
     BLENDS = True  # a part's two styles are evaluated each by itself, and their rotations are blended
-    PERIOD = 4  # frames between two evaluations of the decoder, which says little beside key poses, and nothing quickly
+    PERIOD = 4  # frames after which styles are interpolated anew
 
     def __init__(self, bank: StyleBank, crowd: tuple[int, ...] = ()) -> None:
         """crowd: (N,) for N characters, with whom every array has one more axis in front; none for one character."""
@@ -66,12 +62,16 @@ class LiveStylizer:
 
     def _prepare(self) -> None:
         """What the network needs before it is evaluated."""
-        self._network = to_inference(self.bank.model)
         # by who is evaluated: each one's style, and those side by side
         self._kept: dict[tuple, tuple[list[StyleFeatures], StyleFeatures]] = {}
 
+    def _evaluate(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+        """The newest poses of these characters' windows (n, 16, 21, 15) in their FIRST or OTHER styles, and in their
+        own: features (n, 2, 21, 15). What is put on is how the two differ."""
+        raise NotImplementedError
+
     def crowd(self, count: int) -> "LiveStylizer":
-        """So many characters side by side with the same bank. The decoder is evaluated for some of them in every
+        """So many characters side by side with the same bank. Styles are interpolated for some of them in every
         frame."""
         return type(self)(self.bank, (count,))
 
@@ -99,8 +99,13 @@ class LiveStylizer:
         return name, self.bank.add(name, *paths).clip
 
     def movements(self, style: str) -> tuple[str, ...]:
-        """What the clips of a style show."""
+        """What the clips of a style show. Raises ValueError for a style that the bank does not hold."""
         return self.bank[style].gait.movements
+
+    @property
+    def noncommercial(self) -> tuple[str, ...]:
+        """The styles that are for non-commercial use only."""
+        return tuple(filter(self.bank.is_noncommercial, self.styles))
 
     def restart(self) -> None:
         """Back to before the first step: every part has its own style."""
@@ -110,8 +115,6 @@ class LiveStylizer:
         self.frame = 0
         self._styled = np.zeros((*self._leading, len(PART_NAMES)))  # how far each part shows another style than its own
         self._paces: dict[tuple[str, str], tuple[object, np.ndarray]] = {}  # by style and gait
-        # What the decoder changes: at its last evaluation, and now; of FIRST and OTHER.
-        self._decoded = np.zeros((2, 2, count, JOINT_COUNT, FEATURES))
         rows = *self._leading, JOINT_COUNT + 1, 3
         self._raw = np.zeros((2, *rows))  # the last deltas of FIRST and OTHER, unwrapped
         self._delta, self._rate = np.zeros((2, *rows))  # smoothed, and how fast it changes
@@ -205,11 +208,9 @@ class LiveStylizer:
             mixer.switch()
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
-        """What a body part's attention looks at now, of one character: (samples of the window / 2, samples of the
-        style's clips), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
-        with torch.inference_mode():
-            motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            return attention_map(self.bank.model, motion, self.mixers[0].styles(self.bank)[0], PART_NAMES.index(part))
+        """What a body part's attention looks at now, of one character: (samples of the window / 2, tokens of the
+        style), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
+        raise ValueError("this stylizer has no attention")
 
     def _together(self, values: Iterable[Sequence]) -> np.ndarray:
         """What each character has, as one array (..., n)."""
@@ -226,7 +227,7 @@ class LiveStylizer:
         """The delta (..., 22, 3) that the styles ask for in this frame, where a part is blended with another style on
         its way from the one to the other."""
         windows = window.reshape(-1, *window.shape[-3:])
-        self._evaluate_decoder(windows)
+        self._begin_frame(windows)
         count = len(windows)
         raw = self._raw.reshape(2, count, JOINT_COUNT + 1, 3).copy()
         shares = np.array([mixer.shares for mixer in self.mixers])
@@ -237,10 +238,8 @@ class LiveStylizer:
             ]
             if not ones:
                 continue
-            styled, own = self._in_groups(self._key_poses, windows, ones, which).swapaxes(0, 1)
-            delta = (
-                pose_delta(styled + self._decoded[1, which, ones], own) * self._part_weights(ones)[:, PART_OF_ROW, None]
-            )
+            styled, own = self._in_groups(self._evaluate, windows, ones, which).swapaxes(0, 1)
+            delta = pose_delta(styled, own) * self._part_weights(ones)[:, PART_OF_ROW, None]
             before = np.where(fresh[ones][..., None], raw[FIRST, ones] if which == OTHER else 0.0, raw[which, ones])
             raw[which, ones] = unwrap(delta, before)
         blended = np.flatnonzero(shares.any(axis=-1))
@@ -293,44 +292,19 @@ class LiveStylizer:
         result = result.reshape(*self._leading, JOINT_COUNT, 3) * strengths[..., PART_OF_JOINT, None]
         return rot.multiply(rot.from_rotation_vector(result), turns)
 
-    def _evaluate_decoder(self, windows: np.ndarray) -> None:
-        """The decoder says every PERIOD frames, or where a part changes its style, by how much features (..., 21, 15)
-        change.
-
-        Until it is evaluated again its part goes from where it is to what it says in equal steps: a little lag for a
-        fraction of the work, and windows that interleave (their samples are two frames apart) do not tremble against
-        each other."""
+    def _begin_frame(self, windows: np.ndarray) -> list[int]:
+        """Styles are interpolated anew for those whose turn it is. Returns who is to be evaluated, for networks that
+        are not evaluated in every frame."""
         due = [one for one, mixer in enumerate(self.mixers) if mixer.due()]
-        newest, now = self._decoded
         for one, mixer in enumerate(self.mixers):
             if any(mixer.strengths) and mixer.updates_styles:
                 mixer.move(*self._root_velocities(windows[[one]], [one])[:, 0])
-        for which in (FIRST, OTHER):
-            ones = [one for one in due if self._evaluates(which, self.mixers[one])]
-            if ones:
-                newest[which, ones] = self._in_groups(self._decoder, windows, ones, which)
-        jumps = [one for one in due if self.mixers[one].changed]
-        now[:, jumps] = newest[:, jumps]
-        left = np.array([max(mixer.period - mixer.waited, 1) for mixer in self.mixers])[:, None, None]
-        now += (newest - now) / left
+        return due
 
     def _in_groups(self, evaluate: Callable, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """What `evaluate` says of these characters, group by group."""
         groups = [list(group) for _, group in groupby(ones, lambda one: one // GROUP)]
         return np.concatenate([evaluate(windows[group], group, which) for group in groups])
-
-    def _decoder(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
-        """What the decoder changes, features (n, 21, 15), at the end of windows (n, 16, 21, 15)."""
-        return self._network.decoded(windows, *self._styles(ones, which))
-
-    def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
-        """What key poses make of the moment that is to come when the spring, which lags, has caught up, so that a
-        style's arm is forward when the neutral one is: features (n, 2, 21, 15), in these characters' styles and in
-        their own. A pose changes so steadily that its own velocity predicts what is to come."""
-        newest = windows[:, -1]
-        coming = newest + lag(self.SMOOTHING) * FPS / STRIDE / STEADY * (newest - windows[:, -1 - STEADY])
-        velocities, own_velocities = self._root_velocities(windows, ones)
-        return np.stack(self._network.key_poses(coming, velocities, own_velocities, *self._styles(ones, which)), axis=1)
 
     def _root_velocities(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
         """(2, n, 3) of these characters' bodies, and of the neutral motion that they make it from."""

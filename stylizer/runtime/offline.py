@@ -17,6 +17,7 @@ from sim.math import rotations as rot
 from sim.motion.clip import FPS, Clip, root_frame
 from sim.motion.contacts import foot_contacts
 from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features, rotations_of
+from sim.motion.gait import with_run
 from sim.retarget.retarget import load_clip
 from sim.style_spec import PartLike, StyleSpec
 from stylizer.runtime.overlap import evaluate_overlapping
@@ -190,7 +191,7 @@ def evaluate_joints(model: JointPuzzle, features: np.ndarray, style: Mapping[str
         velocities = windows[:, :, 0, LAYOUT["root"]].mean(axis=1)
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
         outputs = model(
-            motion, *combine_parts(own, style, velocities), 1, torch.from_numpy(velocities.astype(np.float32))
+            motion, *combine_parts(own, style, velocities), 1, torch.from_numpy(with_run(velocities).astype(np.float32))
         )
         styled, rebuilt = (model.restore(each)[:, 0].double().numpy() for each in outputs)
         result[frames] = _change_by(features[frames], styled, rebuilt)

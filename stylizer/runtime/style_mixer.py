@@ -15,7 +15,6 @@ from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, stack_pa
 
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 NEGLIGIBLE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
-PARTS_KEPT = 3  # combinations of styles that are kept: the active ones, what they are blended with, the own style
 SAME_VELOCITY = 0.01  # metres a second, radians a second: styles are not interpolated anew for less
 BODY, NEUTRAL = 0, 1  # whose root velocity
 DT = 1 / FPS
@@ -36,8 +35,6 @@ class StyleMixer:
         # (2, 3) that styles are interpolated for: of the body, and of the neutral motion, whose own style is taken off.
         self.root_velocities = np.full((2, 3), np.inf)
         self._kept: dict[tuple, StyleFeatures] = {}  # styles at that velocity, by the names of the five parts' styles
-        # of the last velocities: each part's style, and all in one
-        self._parts: dict[tuple, tuple[list[StyleFeatures], StyleFeatures]] = {}
 
     @property
     def strengths(self) -> list[float]:
@@ -110,21 +107,8 @@ class StyleMixer:
     def _style(self, bank: StyleBank, names: tuple[str, ...], whose: int) -> StyleFeatures:
         if (names, whose) not in self._kept:
             each = {name: bank[name].at(self.root_velocities[whose]) for name in dict.fromkeys(names)}
-            self._kept[names, whose] = self._side_by_side((names, whose), [each[name] for name in names])
+            self._kept[names, whose] = stack_parts([each[name] for name in names])
         return self._kept[names, whose]
-
-    def _side_by_side(self, key: tuple, styles: list[StyleFeatures]) -> StyleFeatures:
-        """The five parts' styles in one. Levels that have not changed since the last time are not put together
-        again."""
-        before, result = self._parts.get(key, (styles, {}))
-        changed = [
-            level
-            for level in styles[0]
-            if level not in result or any(style[level] is not old[level] for style, old in zip(styles, before))
-        ]
-        result = result | stack_parts([{level: style[level] for level in changed} for style in styles])
-        self._parts = dict([*self._parts.items()][-PARTS_KEPT:]) | {key: (styles, result)}
-        return result
 
 
 @final

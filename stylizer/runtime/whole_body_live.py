@@ -11,6 +11,7 @@ from torch import Tensor
 from sim.body.pose import Pose
 from sim.motion.features import STRIDE
 from sim.style_spec import StyleSpec
+from stylizer.runtime.decoder_live import DecoderStylizer
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.systems.whole_body import combine_joints, joints_by_code, stylize_windows
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from stylizer.styles.code_bank import CodeBank
 
 
-class WholeBodyStylizer(LiveStylizer):
+class WholeBodyStylizer(DecoderStylizer):
     """Windowed inference: these systems look ahead as well as back, so each output is the last sample of a window that
     ends now.
 
@@ -55,7 +56,7 @@ class WholeBodyStylizer(LiveStylizer):
         return super().step(window, neutral, style, travel)
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
-        raise ValueError("this stylizer has no attention")
+        return LiveStylizer.attention(self, window, part)
 
     def resample(self) -> None:
         """Samples the styles of the prior again; parts that show one are inertialized. Raises ValueError where there
@@ -65,13 +66,9 @@ class WholeBodyStylizer(LiveStylizer):
         self.bank.resample()
         self.switch()
 
-    def _decoder(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
+    def _decode(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         past = np.stack([sample.reshape(-1, *sample.shape[-2:])[ones] for sample in list(self._past)[::STRIDE]], axis=1)
         return np.stack([self._last(of_one, self.mixers[one]) for of_one, one in zip(past, ones)])
-
-    def _key_poses(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
-        """These systems have no key poses."""
-        return windows[:, [-1, -1]]
 
     def _last(self, past: np.ndarray, mixer: StyleMixer) -> np.ndarray:
         """By how much the last sample (21, 15) of a character's past (T, 21, 15) changes, each part as the output in

@@ -8,26 +8,40 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
+from sim.io.provenance import NONCOMMERCIAL, allowed, noncommercial
 from sim.io.user_dirs import data_folder
 from sim.motion.clip import Clip
 from sim.motion.features import clip_features
 from sim.retarget.retarget import load_clip
-from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips, movements_in
-from stylizer.styles.style_file import FORMAT, read_checked, read_gait, read_own_motion, read_windows, write
+from stylizer.styles.style_file import (
+    FORMAT,
+    features_from,
+    read_checked,
+    read_gait,
+    read_own_motion,
+    read_windows,
+    write,
+)
 from stylizer.systems import checkpoint
 from stylizer.systems.registry import SYSTEMS, System
 
-BUNDLED = Path(__file__).parents[1] / "styles"
+BUNDLED = Path(__file__).parents[1] / "styles"  # a folder for each network that takes styles by part
 NAME_LENGTH = 40
+LOOP_SECONDS = 8.0  # to which a loop that walks in place is repeated, so that it shows some strides
 NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{NAME_LENGTH - 1}}}")
 
 
 def user_folder() -> Path:
     """Where the user's own styles live."""
     return data_folder() / "styles"
+
+
+def own_motion_file(bundled: Path | None = None) -> Path:
+    """The file that holds the controller's motion, in a folder of styles (None: the package's)."""
+    return (bundled or BUNDLED) / "own_motion.safetensors"
 
 
 class Added(NamedTuple):
@@ -41,12 +55,21 @@ class Added(NamedTuple):
 class StyleBank:
     """All styles by name: the bundled ones and the user's own, for one weight file."""
 
-    def __init__(self, weights_name: str = checkpoint.SLIM, bundled: Path = BUNDLED, user: Path | None = None) -> None:
-        """Raises ValueError where weights or a bundled style are missing or do not belong together."""
+    def __init__(
+        self,
+        weights_name: str = checkpoint.SHIPPED,
+        bundled: Path | None = None,
+        user: Path | None = None,
+        weights: Path | None = None,
+    ) -> None:
+        """bundled, weights: folders with styles and weights in place of the package's. Raises ValueError where weights
+        or a bundled style are missing or do not belong together."""
         self.name = weights_name
-        self.model, self.fingerprint = checkpoint.load(weights_name)
-        self.bundled, self.user = bundled, user or user_folder()
-        self.own_motion = read_own_motion(bundled / f"{OWN}.safetensors")
+        self.model, self.fingerprint = checkpoint.load(weights_name, weights)
+        self.bundled, self.user = bundled or BUNDLED, user or user_folder()
+        own = own_motion_file(self.bundled)
+        self.own_motion = read_own_motion(own if own.exists() else own_motion_file())
+        self.licences: dict[str, str] = {}  # of the styles, as their files say
         self._styles = self._bundled_styles()
         self.refresh()
 
@@ -58,7 +81,12 @@ class StyleBank:
 
     def _bundled_styles(self) -> dict[str, StyleClips]:
         """Name -> style of those that come with Patchwalk."""
-        return {path.stem: self._read(path) for path in sorted(self.bundled.glob("*.safetensors"))}
+        paths = [path for folder in allowed(self.bundled) for path in (folder / self.name).glob("*.safetensors")]
+        return {path.stem: self._read(path) for path in sorted(paths)}
+
+    def is_noncommercial(self, name: str) -> bool:
+        """Whether a style is for non-commercial use only."""
+        return NONCOMMERCIAL in self.licences.get(name, "")
 
     @property
     def system(self) -> System:
@@ -78,6 +106,8 @@ class StyleBank:
     def __getitem__(self, name: str) -> StyleClips:
         """Raises ValueError, naming those spelt like it, for a style that is not there."""
         if name not in self._styles:
+            if (noncommercial(self.bundled) / self.name / f"{name}.safetensors").exists():
+                raise ValueError(f"the style '{name}' is for {NONCOMMERCIAL} use: start without --permissive to use it")
             near = get_close_matches(name, self._styles, 3)
             hint = f"did you mean {' or '.join(near)}?" if near else "`patchwalk styles list` shows what there is"
             raise ValueError(f"unknown style '{name}': {hint}")
@@ -100,14 +130,18 @@ class StyleBank:
     def add(self, name: str, *sources: str | Path | Clip, name_map: dict[str, str] | None = None) -> Added:
         """Learns a style from one clip or several, of BVH files or in memory, and keeps it in the user's folder.
 
-        Each kind of movement that a clip shows (sim.motion.gait.MOVEMENTS) becomes a clip of the style.
+        Each kind of movement that a clip shows (sim.motion.gait.MOVEMENTS) becomes a clip of the style. A clip that
+        walks in place gets its travel back.
         name_map: our joint -> theirs, for a skeleton whose names are not known (sim.retarget.joint_names.load).
         Raises ValueError for a name that is none or is taken and for a clip that is none, OSError for a file that
         cannot be read or written."""
+        from sim.motion.in_place import restore_travel  # here, because scipy would slow every start down
+
         self.check_new(name)
         if not sources:
             raise ValueError(f"style '{name}' needs a clip to learn from: name one BVH file or more")
         clips = [source if isinstance(source, Clip) else load_clip(Path(source), name_map) for source in sources]
+        clips = [restore_travel(clip, LOOP_SECONDS) for clip in clips]
         titles = [clip.name if isinstance(source, Clip) else Path(source).name for source, clip in zip(sources, clips)]
         movements, taken = [], []
         for source, title, clip in zip(sources, titles, clips):
@@ -177,10 +211,5 @@ class StyleBank:
                 windows,
             )
             return self._read(path)
-        return StyleClips(
-            {
-                level: BlockFeatures(*(tensors[f"{level}.{key}"].float() for key in BlockFeatures._fields))
-                for level in self.model.config.styled
-            },
-            gait,
-        )
+        self.licences[path.stem] = header["licence"]
+        return StyleClips(features_from(tensors), gait)

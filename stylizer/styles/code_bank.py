@@ -9,13 +9,13 @@ import numpy as np
 import torch
 
 from sim.io import tensor_file
-from sim.io.provenance import ARCHIVES, CONTROLLER
+from sim.io.provenance import ARCHIVES, CONTROLLER, allowed
 from sim.motion.clip import FPS
 from sim.motion.features import STRIDE, clip_features
 from sim.retarget.retarget import load_clip
 from stylizer.data.domains import label_of
-from stylizer.styles.bank import BUNDLED, StyleBank
-from stylizer.styles.bundled_styles import CLIPS, find_clip, trim_ends
+from stylizer.styles.bank import StyleBank, own_motion_file
+from stylizer.styles.bundled_styles import CLIPS, find_clip, folder_for, licence_of, read_clip
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, Movement, StyleClips, movements_in, no_cycles, style_windows
 from stylizer.styles.style_file import (
@@ -40,31 +40,33 @@ SAMPLED = "drawn"  # what the names of styles drawn by chance begin with
 
 def build_codes(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
     """Writes the codes of the own style, which needs no data, and of every style of `bundled.CLIPS` whose first clip
-    lies under data_dir, into out_dir/codes/network.safetensors; returns their names."""
+    lies under data_dir, into codes/network.safetensors of out_dir, or of its `noncommercial` folder; returns their
+    names."""
     model, fingerprint = checkpoint.load(network, weights_folder)
-    own = read_own_motion(BUNDLED / f"{OWN}.safetensors")
+    own = read_own_motion(own_motion_file())
     styles = {OWN: encode_codes(model, own.windows, own.gait, [OWN] * len(own.windows))}
     speeds, licences = {OWN: velocity_factor(np.concatenate(own.windows))}, {ARCHIVES[CONTROLLER]}
-    for name, (clips, licence) in CLIPS.items():
+    for name, clips in CLIPS.items():
         if find_clip(data_dir, clips[0]) is None:
             continue
         movements: list[Movement] = []
         labels: list[str | None] = []
         for clip in clips:
-            if path := find_clip(data_dir, clip):
-                found = movements_in(trim_ends(clip_features(load_clip(path))))
+            if motion := read_clip(data_dir, clip):
+                found = movements_in(clip_features(motion))
                 movements, labels = movements + found, labels + [label_of(clip.removesuffix(".bvh"))] * len(found)
         styles[name] = encode_codes(model, [m.windows for m in movements], Gait.of(movements), labels)
         speeds[name] = velocity_factor(movements[0].windows)
-        licences.add(licence)
-    path = Path(out_dir) / FOLDER / f"{network}.safetensors"
+        licences.add(licence_of(clips))
+    licence = "; ".join(sorted(licences))
+    path = folder_for(licence, Path(out_dir)) / FOLDER / f"{network}.safetensors"
     tensors = {name: style.features.contiguous() for name, style in styles.items()}
     for name, style in styles.items():
         tensors |= gait_tensors(style.gait, f"{name}.")
     header = {
         "weights": fingerprint,
         "controller": own.controller,
-        "licence": "; ".join(sorted(licences)),
+        "licence": licence,
         "speeds": json.dumps(speeds),
         "movements": json.dumps({name: style.gait.movements for name, style in styles.items()}),
     }
@@ -88,7 +90,7 @@ class CodeBank(StyleBank):
     """All styles by name, as `StyleBank` has them, for a whole-body system. What a user added from a clip is there for
     every stylizer; what was read from a video, for those that can read key points."""
 
-    def __init__(self, network: str, bundled: Path = BUNDLED, user: Path | None = None) -> None:
+    def __init__(self, network: str, bundled: Path | None = None, user: Path | None = None) -> None:
         """Raises ValueError where weights or codes are missing or do not belong together."""
         self.seed = 0
         self._speeds: dict[str, float] = {}  # metres a second, V of Aberman et al. 2020, Eq. 2
@@ -159,7 +161,8 @@ class CodeBank(StyleBank):
 
     @property
     def _codes_path(self) -> Path:
-        return self.bundled / FOLDER / f"{self.name}.safetensors"
+        paths = [folder / FOLDER / f"{self.name}.safetensors" for folder in allowed(self.bundled)]
+        return next((path for path in paths if path.exists()), paths[0])
 
     def _bundled_styles(self) -> dict[str, StyleClips]:
         path = self._codes_path
@@ -173,6 +176,7 @@ class CodeBank(StyleBank):
         if header.get("weights") != self.fingerprint:
             raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
         self._speeds |= json.loads(header["speeds"])
+        self.licences |= {name: licence_of(CLIPS[name]) for name in json.loads(header["movements"]) if name in CLIPS}
         return {
             name: StyleClips(tensors[name].float(), gait_from(tensors, movements, f"{name}."))
             for name, movements in json.loads(header["movements"]).items()

@@ -4,7 +4,7 @@ Tokens of clips that make strides stand for the same moments of a stride in ever
 interpolated and styles blended token by token. What attention finds is a mean over tokens near to each other, which
 moves less than each of them; so values are fitted until what is found is the style's stride as it was captured."""
 
-from typing import Sequence
+from typing import Iterable, Sequence
 
 import numpy as np
 import torch
@@ -13,31 +13,33 @@ from torch import Tensor
 from sim.math.springs import lag
 from sim.motion.clip import FPS
 from sim.motion.features import STRIDE
-from sim.motion.gait import cycle_at
-from stylizer.networks.layers import BlockFeatures
+from sim.motion.gait import cycle_at, gait_distance
 from stylizer.styles.style_clips import WINDOW, Gait, OwnMotion
-from stylizer.systems.motion_puzzle.joint_config import JOINTS
-from stylizer.systems.motion_puzzle.joint_model import BODY, ROOT, JointPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch
+from stylizer.systems.motion_puzzle.joint_model import BODY, GAIT_WIDTH, ROOT, JointPuzzle
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch, take_batch
 
 TOKENS = 24  # of each clip
 SMOOTHING = 0.05  # half-life in seconds of the spring that follows what is looked up
 AHEAD = lag(SMOOTHING)  # seconds by which values come later than what they are looked up by, because that spring lags
 SAMPLES_AHEAD = round(AHEAD * FPS / STRIDE)
 RIDGE = 0.05  # how much dearer it is to change a token that is never found than to miss the stride
+ALIKE = 0.5  # of the controller's movements, those that stylizer.systems.motion_puzzle.joint_model.same_gait holds for
+# this much like a clip are what it is fitted to
 TURN = 2 * np.pi
 
 
 @torch.inference_mode()
-def encode_clip_tokens(model: JointPuzzle, windows: np.ndarray, cycle: np.ndarray, cadence: float) -> StyleFeatures:
+def encode_clip_tokens(
+    model: JointPuzzle, windows: np.ndarray, cycle: np.ndarray, cadence: float, gait: np.ndarray
+) -> StyleFeatures:
     """The style of one clip, as a batch of 1, from its windows (m, WINDOW, 21, 15), its cycle (coefficients, 21, 12),
-    see stylizer.styles.style_clips.Gait, and its strides a second."""
+    its strides a second and its gait (4,), see stylizer.styles.style_clips.Gait."""
     motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
     clip = motion.flatten(1, 2)[:, None]
     mean, deviation = model.statistics(clip)
-    velocity = model.velocity(clip)
+    moving = torch.from_numpy(gait.astype(np.float32))[None]
     if not cycle.any():
-        return {JOINTS: model.style_side(mean, deviation, velocity, *_sampled(model, motion, mean, deviation))}
+        return model.style_side(mean, deviation, moving, *_sampled(model, motion, mean, deviation))
     mean = _normalized(model, cycle[None, 0])
     phases = TURN * np.arange(TOKENS) / TOKENS
     back = TURN * cadence * STRIDE / FPS * np.array(model.config.lags)
@@ -45,8 +47,8 @@ def encode_clip_tokens(model: JointPuzzle, windows: np.ndarray, cycle: np.ndarra
     roots = clip[0, ..., ROOT].mean(1)[None, :, None, None].expand(*seen.shape[:-1], -1)
     keys = model.moments.at(torch.cat([seen, roots], dim=-1), mean, deviation)
     wanted = _strides(model, cycle, phases + TURN * cadence * AHEAD, mean)
-    style = model.style_side(mean, deviation, velocity, keys, wanted)
-    return {JOINTS: style._replace(values=_fitted(wanted, model.attention(keys, style.keys), wanted))}
+    style = model.style_side(mean, deviation, moving, keys, wanted)
+    return style | {"values": _fitted(wanted, model.attention(keys, style["keys"]), wanted)}
 
 
 def _sampled(model: JointPuzzle, motion: Tensor, mean: Tensor, deviation: Tensor) -> tuple[Tensor, Tensor]:
@@ -62,39 +64,38 @@ def _sampled(model: JointPuzzle, motion: Tensor, mean: Tensor, deviation: Tensor
 def encode_own_tokens(model: JointPuzzle, own: OwnMotion) -> StyleFeatures:
     """The own style, clip by clip: what is found in it is the own motion."""
     clips = []
-    for place, (windows, cycle, cadence) in enumerate(zip(own.windows, own.gait.cycles, own.gait.cadences)):
-        clip = encode_clip_tokens(model, windows, cycle, cadence)
-        found = _own_strides(model, own, place)
-        clips.append({JOINTS: _refitted(model, clip[JOINTS], cycle, *found)} if cycle.any() and found else clip)
+    for place, each in enumerate(_clips(own.windows, own.gait)):
+        clip, cycle, found = encode_clip_tokens(model, *each), own.gait.cycles[place], _own_strides(model, own, place)
+        clips.append(_refitted(model, clip, cycle, *found) if cycle.any() and found else clip)
     return cat_batch(clips)
 
 
 def encode_style_tokens(model: JointPuzzle, windows: Sequence[np.ndarray], gait: Gait) -> StyleFeatures:
     """A style from the windows (m, WINDOW, 21, 15) of each of its clips."""
-    return cat_batch([encode_clip_tokens(model, *each) for each in zip(windows, gait.cycles, gait.cadences)])
+    return cat_batch([encode_clip_tokens(model, *each) for each in _clips(windows, gait)])
 
 
-def refit_tokens(model: JointPuzzle, style: BlockFeatures, gait: Gait, own: OwnMotion) -> BlockFeatures:
+def _clips(windows: Sequence[np.ndarray], gait: Gait) -> Iterable[tuple]:
+    """Clip by clip what `encode_clip_tokens` takes."""
+    return zip(windows, gait.cycles, gait.cadences, gait.gaits)
+
+
+def refit_tokens(model: JointPuzzle, style: StyleFeatures, gait: Gait, own: OwnMotion) -> StyleFeatures:
     """A style, whatever motion it was made for, for another one, `own`: in a live session the queries are that
-    motion's, and what they find are to be the style's strides."""
-    found = {
-        name: [
-            strides
-            for place, kind in enumerate(own.gait.movements)
-            if kind.replace("_", " ").startswith(name) and (strides := _own_strides(model, own, place))
-        ]
-        for name in dict.fromkeys(gait.movements)
-    }
+    motion's, and what those find who move as a clip does is to be its stride."""
+    strides = [_own_strides(model, own, place) for place in range(len(own.windows))]
+    alike = np.exp(-np.square(gait_distance(gait.gaits[:, None], own.gait.gaits) / GAIT_WIDTH**2)) > ALIKE
     clips = []
-    for place, (name, cycle) in enumerate(zip(gait.movements, gait.cycles)):
-        clip = BlockFeatures(*(t[:, place : place + 1] for t in style))
-        if cycle.any() and found[name]:
-            queries, phases = zip(*found[name])
+    for place, cycle in enumerate(gait.cycles):
+        clip, found = take_batch(style, [place]), [each for each, fits in zip(strides, alike[place]) if fits and each]
+        if cycle.any() and found:
+            queries, phases = zip(*found)
             clip = _refitted(model, clip, cycle, torch.cat(queries, dim=1), np.concatenate(phases))
-        clips.append({JOINTS: clip})
+        clips.append(clip)
     weights = torch.from_numpy(own.gait.weights(gait.root_velocities).astype(np.float32))  # (clips, own movements)
     means = torch.cat([_own_statistics(model, own, place)[0] for place in range(len(own.windows))], dim=1)
-    return model.beside(cat_batch(clips)[JOINTS], torch.einsum("co,votx->vctx", weights, means))
+    own_mean = model.by_part(torch.einsum("co,votx->vctx", weights, means))[:, :, 0]
+    return cat_batch(clips) | {"own_mean": own_mean}
 
 
 @torch.inference_mode()
@@ -120,11 +121,11 @@ def _own_statistics(model: JointPuzzle, own: OwnMotion, place: int) -> tuple[Ten
 
 @torch.inference_mode()
 def _refitted(
-    model: JointPuzzle, style: BlockFeatures, cycle: np.ndarray, queries: Tensor, phases: np.ndarray
-) -> BlockFeatures:
+    model: JointPuzzle, style: StyleFeatures, cycle: np.ndarray, queries: Tensor, phases: np.ndarray
+) -> StyleFeatures:
     """One clip whose values are such that queries (1, T, code) find its cycle at stride phases (T,)."""
-    wanted = model.by_part(_normalized(model, cycle_at(cycle, phases))) - model.pose(style.bias)[:, :, None]
-    return style._replace(values=_fitted(style.values, model.attention(queries, style.keys), wanted))
+    wanted = model.by_part(_normalized(model, cycle_at(cycle, phases))) - style["mean"][:, :, None]
+    return style | {"values": _fitted(style["values"], model.attention(queries, style["keys"]), wanted)}
 
 
 def _strides(model: JointPuzzle, cycle: np.ndarray, phases: np.ndarray, mean: Tensor) -> Tensor:

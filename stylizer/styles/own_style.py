@@ -22,6 +22,7 @@ from sim.protocols import Controller
 from stylizer.styles import style_file
 from stylizer.styles.encoding import encode_own
 from stylizer.styles.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion
+from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 
 OWN = "neutral"  # the name of the own style, which parts keep that are not restyled
@@ -94,7 +95,7 @@ def capture_motion(controller: Controller, fingerprint: str) -> OwnMotion:
     return OwnMotion([m.windows for m in movements], phases, gait._replace(runs=runs, residual=None), fingerprint)
 
 
-def write_own_style(folder: Path, motion: OwnMotion, model: MotionPuzzle, fingerprint: str) -> None:
+def write_own_style(folder: Path, motion: OwnMotion, model: MotionPuzzle | JointPuzzle, fingerprint: str) -> None:
     """Writes the own style as a network of Motion Puzzle, whose weights have that fingerprint, encodes it."""
     header = {
         "weights": fingerprint,
@@ -102,11 +103,4 @@ def write_own_style(folder: Path, motion: OwnMotion, model: MotionPuzzle, finger
         "licence": ARCHIVES[CONTROLLER],
         "source": "the controller's own motion, by root velocity",
     }
-    style_file.write(
-        folder / f"{OWN}.safetensors",
-        OWN,
-        encode_own(model, motion),
-        header,
-        motion.windows,
-        phases=np.concatenate(motion.phases),
-    )
+    style_file.write(folder / f"{OWN}.safetensors", OWN, encode_own(model, motion), header)

@@ -10,15 +10,20 @@ import torch
 from torch import Tensor
 
 from sim.body.skeleton import JOINT_COUNT
-from sim.math.easing import smooth_step
 from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT, STRIDE
-from sim.motion.gait import HARMONICS, airborne_share, cadence, fit_cycle, movement_of, stride_phase
-from sim.motion.thresholds import STYLE_WALK_OR_RUN
-from stylizer.networks.layers import BlockFeatures
+from sim.motion.gait import (
+    HARMONICS,
+    airborne_share,
+    cadence,
+    fit_cycle,
+    gait_distance,
+    movement_of,
+    stride_phase,
+    with_run,
+)
 from stylizer.styles.stride_residual import rest_unsure_joints, stride_residual
-from stylizer.systems.motion_puzzle.config import KEY_POSES
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
+from stylizer.systems.motion_puzzle.style_tensors import take_batch
 
 BODY = slice(0, LAYOUT["root"].start)  # the features that are not the root's path
 WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
@@ -26,12 +31,8 @@ SHORTEST = WINDOW * STRIDE  # frames, about a second: one stride
 HOP = SHORTEST // 4  # frames between two windows that are looked at
 MANY = 12  # windows that one movement is read from at most
 SPEED_RANGE = 0.35  # share by which a window's speed may be off the movement's median: starts and stops are left out
-SLOW = 0.3  # metres a second: speeds are compared by the logarithm of how many times this they are
-SIDEWAYS = 2.0  # by how much more another direction counts than another speed
-TURN_UNIT = 2.0  # radians a second of turning that count as much as a speed SLOW e^1 does beside standing
 PLAYBACK_RATES = (0.7, 1.5)  # of the controller's motion, slowest and quickest
 PACE_STEPS = 200  # speeds that are looked at
-RUN_APART = 2.0  # by which a run is further from a walk than its speed says
 NEAREST = 0.01  # closer than this a clip counts alone
 LEAST_WEIGHT = 0.02  # a clip that would count less than this is left out
 
@@ -129,14 +130,17 @@ class Gait(NamedTuple):
             stride_residual(longest.features),
         )
 
+    @property
+    def gaits(self) -> np.ndarray:
+        """(n, 4) the clips' root velocities, and as fourth number whether they run: see sim.motion.gait.with_run."""
+        return np.column_stack([self.root_velocities, self.runs])
+
     def weights(self, root_velocity: np.ndarray) -> np.ndarray:
         """How much each clip counts (..., n), sums of 1, for a content that moves at root velocities (..., 3).
 
         Inverse distance weighting (Shepard 1968): smooth, exact at the clips, and needs no grid."""
-        velocity = np.asarray(root_velocity, dtype=float)[..., None, :]
-        run = smooth_step(velocity[..., 1], *STYLE_WALK_OR_RUN) - self.runs
-        square = _apart(velocity, self.root_velocities) + np.square(RUN_APART * run) + NEAREST**2
-        weights = square**-2
+        content = with_run(np.asarray(root_velocity, dtype=float))[..., None, :]
+        weights = (gait_distance(content, self.gaits) + NEAREST**2) ** -2
         weights = np.maximum(weights / weights.sum(axis=-1, keepdims=True) - LEAST_WEIGHT, 0.0)
         return weights / weights.sum(axis=-1, keepdims=True)
 
@@ -147,11 +151,11 @@ class Gait(NamedTuple):
         The controller goes at the speed where its stride is as long as the style's, played slower or quicker to the
         style's cadence. Raises KeyError where no clip shows that movement, or none that makes strides."""
         clip = next((i for i, name in enumerate(self.movements) if name == movement and self.cadences[i] > 0), None)
-        if clip is None:
+        ours = [i for i, name in enumerate(own.movements) if name.startswith(f"{movement}_")]
+        if clip is None or not ours:
             raise KeyError(movement)
         strides_a_second = self.cadences[clip]
         stride = self.root_velocities[clip, 1] / strides_a_second
-        ours = [i for i, name in enumerate(own.movements) if name.startswith(f"{movement}_")]
         speeds = np.linspace(own.root_velocities[ours, 1].min(), own.root_velocities[ours, 1].max(), PACE_STEPS)
         cadences = np.interp(speeds, own.root_velocities[ours, 1], own.cadences[ours])
         fits = (speeds / cadences >= stride) & (strides_a_second / cadences <= PLAYBACK_RATES[1])
@@ -172,16 +176,6 @@ def _cycle(features: np.ndarray) -> np.ndarray:
     cycle = fit_cycle(features[..., BODY], phase)
     cycle[..., LAYOUT["rotation"]] = rest_unsure_joints(cycle[..., LAYOUT["rotation"]])
     return cycle
-
-
-def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The square of how far root velocities (..., 3) are apart: who goes another way differs more than who goes at
-    another speed, and between two speeds their ratio counts."""
-    speeds = [np.hypot(v[..., 0], v[..., 1]) for v in (one, other)]
-    reach = [np.log1p(speed / SLOW) for speed in speeds]
-    cosine = (one[..., :2] * other[..., :2]).sum(axis=-1) / np.maximum(speeds[0] * speeds[1], 1e-9)
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0)) * SIDEWAYS * np.minimum(*reach)
-    return np.square(reach[0] - reach[1]) + np.square(angle) + np.square((one[..., 2] - other[..., 2]) / TURN_UNIT)
 
 
 class OwnMotion(NamedTuple):
@@ -216,53 +210,14 @@ class StyleClips:
         weights = torch.atleast_2d(weights)
         counting = weights.any(dim=0).nonzero()[:, 0]
         mixed = weights[:, counting] @ self._flat[counting]
-        return self._nearest(tuple(weights.argmax(dim=1).tolist())) | {
-            level: BlockFeatures(*(part.unflatten(1, shape).transpose(0, 1) for part, shape in zip(parts, shapes)))
-            for (level, shapes), parts in zip(self._shapes.items(), self._split(mixed))
-        }
-
-    def _nearest(self, clips: tuple[int, ...]) -> StyleFeatures:
-        """The levels that are not interpolated, of a batch whose contents go most as these clips do. A lone one's are
-        the same objects each time, so that who puts styles together sees what has not changed."""
-        if len(clips) == 1 and clips in self._seen:
-            return self._seen[clips]
-        result = {
-            level: BlockFeatures(*(t[:, list(clips)] for t in part))
-            for level, part in self.features.items()
-            if level not in self._interpolated
-        }
-        if len(clips) == 1:
-            self._seen[clips] = result
-        return result
-
-    @cached_property
-    def _seen(self) -> dict[tuple[int, ...], StyleFeatures]:
-        """What `_nearest` has found, by its clip."""
-        return {}
-
-    @cached_property
-    def _interpolated(self) -> StyleFeatures:
-        """The levels that are interpolated: the key poses, where there are some. Of the others, which add little beside
-        them and are many more numbers, the nearest clip's are taken."""
-        return {KEY_POSES: self.features[KEY_POSES]} if KEY_POSES in self.features else self.features
-
-    @cached_property
-    def _shapes(self) -> dict[int, list[tuple[int, ...]]]:
-        """By level the shapes, without the batch axis, of a BlockFeatures's fields."""
-        return {level: [(t.shape[0], *t.shape[2:]) for t in part] for level, part in self._interpolated.items()}
+        shapes = {name: (values.shape[0], *values.shape[2:]) for name, values in self.features.items()}
+        pieces = mixed.split([int(np.prod(shape)) for shape in shapes.values()], dim=1)
+        return {name: flat.unflatten(1, shape).transpose(0, 1) for (name, shape), flat in zip(shapes.items(), pieces)}
 
     @cached_property
     def _flat(self) -> Tensor:
         """(n, N): each clip's features one after the other, so that clips are interpolated by a single product."""
-        return torch.cat([t.transpose(0, 1).flatten(1) for part in self._interpolated.values() for t in part], dim=1)
-
-    def _split(self, flat: Tensor) -> list[list[Tensor]]:
-        """(B, N) -> by level the fields of a BlockFeatures, flat."""
-        sizes = [int(np.prod(shape)) for shapes in self._shapes.values() for shape in shapes]
-        pieces, result = iter(flat.split(sizes, dim=1)), []
-        for shapes in self._shapes.values():
-            result.append([next(pieces) for _ in shapes])
-        return result
+        return torch.cat([values.transpose(0, 1).flatten(1) for values in self.features.values()], dim=1)
 
 
 def single_clip(features: Encoded, motion: np.ndarray) -> StyleClips:
@@ -275,11 +230,7 @@ def single_clip(features: Encoded, motion: np.ndarray) -> StyleClips:
 def main_clip(clips: StyleClips) -> StyleClips:
     """The same style as its first clip alone shows it."""
     first = slice(0, 1)
-    features = (
-        clips.features[first]
-        if isinstance(clips.features, Tensor)
-        else {level: BlockFeatures(*(t[:, first] for t in part)) for level, part in clips.features.items()}
-    )
+    features = clips.features[first] if isinstance(clips.features, Tensor) else take_batch(clips.features, first)
     gait = clips.gait
     return replace(
         clips,

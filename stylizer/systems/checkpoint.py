@@ -10,23 +10,18 @@ from torch import Tensor
 
 from sim.body.skeleton import skeleton_hash
 from sim.io import tensor_file
+from sim.io.provenance import NONCOMMERCIAL, allowed, noncommercial
 from sim.motion.features import LAYOUT_VERSION
 from stylizer.networks.normalization import Scaled
 from stylizer.systems.registry import SYSTEMS, System
 
 FOLDER = Path(__file__).parents[1] / "weights"
 VERSION = "1"
-SLIM = "slim"  # the name of the shipped real-time network
+SHIPPED = "joints"  # the name of the network that is used unless another one is named
 STATISTICS = ("mean", "deviation")  # kept in float32
 # What weight files of earlier versions call a setting, and what the names of their arrays begin with.
 FORMER_SETTINGS = {"way": "root_units", "relative": "residual_output", "judge": "discriminator"}
-FORMER_NAMES = {
-    "way.": "root_condition.",
-    "key_poses.wary": "key_poses.log_inverse_scale",
-    "key_poses.translation.": "key_poses.direction_transfer.",
-    "key_poses.moments": "key_poses.prototypes",
-    "postures": "mean_poses",
-}
+FORMER_NAMES = {"way.": "root_condition.", "postures": "mean_poses"}
 
 
 def save(model: Scaled, path: Path, **origin: str) -> None:
@@ -39,7 +34,7 @@ def save(model: Scaled, path: Path, **origin: str) -> None:
     tensor_file.write(path, arrays, header)
 
 
-def load(name: str = SLIM, folder: Path | None = None) -> tuple[Any, str]:
+def load(name: str = SHIPPED, folder: Path | None = None) -> tuple[Any, str]:
     """The network ready to run, of the class that `System.load_class` gives, and the fingerprint of its weight file.
 
     Raises ValueError where the file is missing or made for something else."""
@@ -57,7 +52,7 @@ def load(name: str = SLIM, folder: Path | None = None) -> tuple[Any, str]:
     return model.eval(), tensor_file.fingerprint(path)
 
 
-def system(name: str = SLIM, folder: Path | None = None) -> System:
+def system(name: str = SHIPPED, folder: Path | None = None) -> System:
     """The system of a weight file. Raises ValueError where the file is missing or of an unknown system."""
     path = _path(name, folder)
     return _system(path, tensor_file.read_header(path))
@@ -85,15 +80,24 @@ def _present_name(name: str) -> str:
     return name
 
 
+def names() -> tuple[str, ...]:
+    """The networks whose weights come with this package, SHIPPED first."""
+    found = sorted({path.stem for folder in allowed(FOLDER) for path in folder.glob("*.safetensors")})
+    return tuple(sorted(found, key=lambda name: name != SHIPPED))
+
+
 def _path(name: str, folder: Path | None) -> Path:
-    path = (folder or FOLDER) / f"{name}.safetensors"
-    if not path.exists():
-        there = ", ".join(sorted(other.stem for other in path.parent.glob("*.safetensors")))
-        raise ValueError(
-            f"no stylizer weights at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'"
-            + f"; there are {there}" * bool(there)
-        )
-    return path
+    file = f"{name}.safetensors"
+    path = next((each / file for each in allowed(folder or FOLDER) if (each / file).exists()), None)
+    if path:
+        return path
+    if (noncommercial(folder or FOLDER) / file).exists():
+        raise ValueError(f"the stylizer '{name}' is for {NONCOMMERCIAL} use: start without --permissive to use it")
+    there = ", ".join(names())
+    raise ValueError(
+        f"no stylizer weights at {(folder or FOLDER) / file}: reinstall Patchwalk or run 'patchwalk train stylizer'"
+        + f"; there are {there}" * bool(there)
+    )
 
 
 def _expected() -> dict[str, str]:

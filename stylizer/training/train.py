@@ -10,6 +10,7 @@ from typing import Callable, Sequence, TypeVar
 from tqdm import tqdm
 
 from stylizer.data.dataset import MotionData, pack
+from stylizer.runtime.catalogue import STYLES
 from stylizer.styles.bundled_styles import build_bundled
 from stylizer.styles.code_bank import build_codes
 from stylizer.systems import checkpoint
@@ -38,7 +39,7 @@ def train(
     minutes: float = 60,
     resume: bool = False,
     seed: int = 1,
-    network: str = checkpoint.SLIM,
+    network: str = checkpoint.SHIPPED,
     recipe: str = "ours",
     leave_out: Sequence[str] = (),
     steps: int | None = None,
@@ -90,7 +91,7 @@ def train(
         if rank == 0:
             plot_curve(out_dir / "curve.csv")
             build = build_bundled if all_networks()[network].by_part else build_codes
-            build(network, out_dir, data_dir, out_dir / "styles")
+            build(network, out_dir, data_dir, out_dir / STYLES)
         wait()
     return path
 

@@ -19,6 +19,3 @@ class JointTrainer(Trainer):
 
     def _build(self, config: JointConfig) -> JointPuzzle:
         return JointPuzzle(config)
-
-    def _begin(self, data: MotionData, seed: int) -> None:
-        """It starts from chance."""

@@ -29,7 +29,6 @@ FINAL_RATE = 0.02
 SECOND_MOMENT = 0.99  # beta_2 of RAdam
 MIXING = 0.5  # probability that some parts keep the source's style (gamma of Alg. 1)
 LOG_EVERY = 50  # steps
-FIRST_CLIPS = 256  # from whose poses key poses start
 HELD_OUT_BATCHES = 8
 
 
@@ -66,7 +65,6 @@ class Trainer:
         self.sampler = self.SAMPLER(learned_from, seed)
         self.model = self._build(config)
         self.model.set_statistics(*measure_statistics(self.SAMPLER(learned_from, seed)))
-        self._begin(learned_from, seed)
         self.model.to(self.device)
         self.objective = self.OBJECTIVE(self.model, recipe)
         if distributed.is_initialized():  # gives every process the first one's network
@@ -86,13 +84,6 @@ class Trainer:
     def _build(self, config: Any) -> Scaled:
         """The network that learns."""
         return MotionPuzzle(config)
-
-    def _begin(self, data: MotionData, seed: int) -> None:
-        """What the network starts from besides its statistics: of key poses, poses of the data."""
-        model = of_kind(MotionPuzzle, self.model)
-        if model.key_poses:
-            clips = Sampler(data, seed).batch(FIRST_CLIPS).target
-            model.key_poses.begin(model.normalize(torch.from_numpy(clips)))
 
     def update(self, progress: float) -> dict[str, float]:
         """One step of the optimiser; progress 0..1 sets the learning rate. Returns the losses by name."""

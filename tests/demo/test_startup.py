@@ -31,7 +31,7 @@ def test_a_session_imports_only_what_it_needs_and_runs_on_one_thread():
 BY_HAND = """
 import torch
 from controller.runtime.controller import PhaseFunctionedController
-from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.catalogue import make_stylizer
 from stylizer.styles.bank import StyleBank
 torch.set_num_threads(2)
 {}
@@ -39,7 +39,7 @@ print(torch.get_num_threads())
 """
 
 
-@pytest.mark.parametrize("made", ["LiveStylizer(StyleBank())", "PhaseFunctionedController.from_pretrained()"])
+@pytest.mark.parametrize("made", ["make_stylizer(StyleBank())", "PhaseFunctionedController.from_pretrained()"])
 def test_a_model_that_is_built_by_hand_runs_on_one_thread_too(made):
     root = Path(__file__).parents[2]
     done = subprocess.run([sys.executable, "-c", BY_HAND.format(made)], cwd=root, capture_output=True, text=True)

@@ -10,15 +10,18 @@ from sim.io import bvh
 from sim.motion.features import STRIDE, clip_features
 from sim.motion.gait import stride_phase
 from stylizer.styles import own_style, style_file
-from stylizer.styles.bank import StyleBank
+from stylizer.styles.bank import StyleBank, own_motion_file
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion, style_windows
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.config import SLIM
+from stylizer.systems.motion_puzzle.joint_config import JOINT_PUZZLE
+from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from tests.support.walker import walking_clip
 
 TINY = replace(SLIM, stem=8, channels=(8, 8, 8))
+TINY_JOINTS = replace(JOINT_PUZZLE, hidden=16, code=8)
 CONTROLLER = "a walker"  # the fingerprint of the controller whose motion the own style is
 
 
@@ -49,29 +52,40 @@ def own_motion(features: np.ndarray, name: str = "walk_1.2", controller: str = C
     return OwnMotion([shown.windows], [phase], Gait.of([shown])._replace(residual=None), controller)
 
 
-def write_style(
-    folder, name: str, model: MotionPuzzle, fingerprint: str, movements: list[Movement], own: OwnMotion, **header
-):
+def write_style(folder, name: str, model, fingerprint: str, movements: list[Movement], own: OwnMotion, **header):
     """A style file as those of the package are; it keeps no motion."""
     style = encode_clips(model, [m.windows for m in movements], Gait.of(movements), own)
     header = {"weights": fingerprint, "controller": own.controller, "licence": "none", "source": "made up", **header}
     style_file.write(folder / f"{name}.safetensors", name, style, header)
 
 
-@pytest.fixture
-def bank(tmp_path, monkeypatch):
-    """A bank of two bundled styles, `neutral` and `other`, and an empty user's folder."""
-    torch.manual_seed(0)
+def make_bank(folder, monkeypatch, model: MotionPuzzle | JointPuzzle) -> StyleBank:
+    """A bank of two bundled styles, `neutral` and `other`, and an empty user's folder, for an untrained network."""
     features = clip_features(walking_clip())
-    model = MotionPuzzle(TINY)
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
-    with torch.no_grad():
-        model.decoder.head.weight.mul_(2)  # untrained, the styles would hardly differ
-    checkpoint.save(model, tmp_path / "weights" / "tiny.safetensors", licence="none")
-    monkeypatch.setattr(checkpoint, "FOLDER", tmp_path / "weights")
+    checkpoint.save(model, folder / "weights" / "tiny.safetensors", licence="none")
+    monkeypatch.setattr(checkpoint, "FOLDER", folder / "weights")
     model, fingerprint = checkpoint.load("tiny")
     elsewhere = np.random.default_rng(0).normal(size=(21, 15))
     own = own_motion(features)
-    own_style.write_own_style(tmp_path / "styles", own, model, fingerprint)
-    write_style(tmp_path / "styles", "other", model, fingerprint, [movement(features + elsewhere)], own)
-    return StyleBank("tiny", tmp_path / "styles", tmp_path / "user")
+    style_file.write_own_motion(own_motion_file(folder / "styles"), own)
+    own_style.write_own_style(folder / "styles" / "tiny", own, model, fingerprint)
+    write_style(folder / "styles" / "tiny", "other", model, fingerprint, [movement(features + elsewhere)], own)
+    return StyleBank("tiny", folder / "styles", folder / "user")
+
+
+@pytest.fixture
+def bank(tmp_path, monkeypatch):
+    """For a network of the kind that is shipped."""
+    torch.manual_seed(0)
+    return make_bank(tmp_path, monkeypatch, JointPuzzle(TINY_JOINTS))
+
+
+@pytest.fixture
+def decoder_bank(tmp_path, monkeypatch):
+    """For a network of the paper's own form."""
+    torch.manual_seed(0)
+    model = MotionPuzzle(TINY)
+    with torch.no_grad():
+        model.decoder.head.weight.mul_(2)  # untrained, the styles would hardly differ
+    return make_bank(tmp_path, monkeypatch, model)

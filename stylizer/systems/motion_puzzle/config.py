@@ -12,8 +12,7 @@ from sim.body.skeleton import JOINT_COUNT
 from stylizer.networks.graph import LEVELS
 from stylizer.networks.layers import BPAdaIN, JointLinear, STConv
 
-KEY_POSES = 0  # a style's key poses are kept under this number
-RESIDUAL = 4  # the decoder's residual block above G3 takes its style under this number
+RESIDUAL = 4  # the number of the decoder's residual block above G3, beside those of its levels, 3 to 1
 
 
 @dataclass(frozen=True)
@@ -28,9 +27,7 @@ class Config:
     by_part: bool = True  # BP-AdaIN; False: AdaIN over the whole body (Sec. 7.2)
     attention: bool = True  # BP-ATN (Sec. 7.2)
     own_ends: bool = False  # each joint has weights of its own in the 1x1 convolutions at both ends
-    key_poses: int = 0  # moments whose key poses are put on directly, joint by joint; the network makes what is missing
     root_units: int = 0  # hidden units by which the content's root velocity conditions BP-AdaIN; 0: none
-    decodes: bool = True  # False: the decoder adds nothing to the key poses
     residual_output: bool = (
         False  # the content is decoded in its own style as well, and how the two outputs differ is put on
     )
@@ -57,33 +54,22 @@ class Config:
 
     @property
     def styled(self) -> tuple[int, ...]:
-        """The numbers under which the decoder takes in a style."""
-        return (
-            *self.style_levels,
-            *([RESIDUAL] if self.residual_taps else []),
-            *([KEY_POSES] if self.key_poses else []),
-        )
+        """The numbers of the decoder's blocks that take in a style."""
+        return (*self.style_levels, *([RESIDUAL] if self.residual_taps else []))
 
 
 FULL = Config()  # Table 3
 PAPER_SLIM = replace(FULL, residual_taps=0, style_levels=(3, 2))  # Sec. 7.3, App. A.1: the paper's real-time system
+NARROW: dict[str, Any] = {"stem": 20, "channels": (40, 80, 160)}  # as wide as a core trains in an hour
 # What measurement added to the paper's networks.
-ADDED: dict[str, Any] = {
-    "style_statistics": 2,
-    "own_ends": True,
-    "key_poses": 96,
-    "root_units": 32,
-    "residual_output": True,
-}
-LARGE = replace(FULL, stem=24, channels=(48, 96, 192), **ADDED)  # the full one as wide as two cores can train it
-SLIM = replace(PAPER_SLIM, stem=12, channels=(24, 48, 96), **ADDED)  # what is shipped
+ADDED: dict[str, Any] = {"style_statistics": 2, "own_ends": True, "root_units": 32, "residual_output": True}
+SLIM = replace(PAPER_SLIM, **NARROW, **ADDED)
 CONFIGS = {
     "full": FULL,
     "paper_slim": PAPER_SLIM,
-    "large": LARGE,
+    "paper_narrow": replace(PAPER_SLIM, **NARROW),
+    "large": replace(FULL, **NARROW, **ADDED),
     "slim": SLIM,
-    "no_key_poses": replace(SLIM, key_poses=0),
-    "key_poses_alone": replace(SLIM, decodes=False),
-    "no_attention": replace(SLIM, attention=False),
-    "whole_body_adain": replace(SLIM, by_part=False),
+    "slim_no_attention": replace(SLIM, attention=False),
+    "slim_whole_body_adain": replace(SLIM, by_part=False),
 }

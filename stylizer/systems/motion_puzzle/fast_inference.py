@@ -5,115 +5,60 @@ A window is so little work that calling the library costs more than computing: t
 far cheaper calls. Feature maps are (batch, vertex, time, channel) here, so that moments and tokens of a part lie
 together."""
 
-from typing import Callable, Mapping, NamedTuple
+from typing import Callable, Mapping
 
 import numpy as np
 import torch
 
 from sim.body.skeleton import PARTS
 from stylizer.networks.layers import EPSILON, JointLinear, Pool, STConv, Unpool, of_kind
-from stylizer.systems.motion_puzzle.config import KEY_POSES, Config
-from stylizer.systems.motion_puzzle.direction_transfer import MOST, ROOT, known_direction
-from stylizer.systems.motion_puzzle.key_poses import BODY, QUIET, KeyPoses
-from stylizer.systems.motion_puzzle.model import BPStyleNet, MotionPuzzle, PlainBlock, RootCondition
+from stylizer.systems.motion_puzzle.config import Config
+from stylizer.systems.motion_puzzle.model import ROOT, BPStyleNet, MotionPuzzle, PlainBlock, RootCondition
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
-UPPER = np.array([not name.endswith("leg") for name in PARTS])  # of the parts: spine and arms
 KEPT = 16  # styles whose numbers are kept at hand
 Condition = tuple[np.ndarray | float, np.ndarray | float]  # what is added to scale and bias
 
 
-class NumpyFeatures(NamedTuple):
-    """stylizer.networks.layers.BlockFeatures as numpy sees them, batch first."""
-
-    scale: np.ndarray
-    bias: np.ndarray
-    keys: np.ndarray
-    values: np.ndarray
+NumpyFeatures = dict[str, np.ndarray]  # style_tensors.StyleFeatures as numpy sees them, batch first
 
 
 class NumpyViews:
-    """Styles' numbers as numpy sees them, batch first; kept for the few styles that are asked for in turns."""
+    """Styles as numpy sees them; kept for the few that are asked for in turns."""
 
     def __init__(self) -> None:
-        self._known: dict[int, tuple[StyleFeatures, dict[int, NumpyFeatures]]] = {}
+        self._known: dict[int, tuple[StyleFeatures, NumpyFeatures]] = {}
 
-    def __getitem__(self, style: StyleFeatures) -> dict[int, NumpyFeatures]:
+    def __getitem__(self, style: StyleFeatures) -> NumpyFeatures:
         known = self._known.get(id(style))
         if known is None or known[0] is not style:
-            known = (
-                style,
-                {level: NumpyFeatures(*(t.numpy().swapaxes(0, 1) for t in part)) for level, part in style.items()},
-            )
+            known = style, {name: values.numpy().swapaxes(0, 1) for name, values in style.items()}
             self._known = dict([*self._known.items()][-KEPT:]) | {id(style): known}
         return known[1]
 
 
 class TorchInference:
-    """A network in two halves, for the live stylizer: its decoder, which looks at half a second, and its key poses,
-    which look at one pose. Both say what features (batch, 21, 15) are in a style, and what they are in their own."""
+    """The network for the live stylizer, whatever its configuration."""
 
     def __init__(self, model: MotionPuzzle) -> None:
         self.model = model
 
     @torch.inference_mode()
-    def decoded(self, windows: np.ndarray, style: StyleFeatures, own: StyleFeatures) -> np.ndarray:
-        """What the decoder changes in the last sample of windows of features (batch, samples, 21, 15)."""
+    def change(self, windows: np.ndarray, style: StyleFeatures, own: StyleFeatures) -> np.ndarray:
+        """By how much the last sample of windows of features (batch, samples, 21, 15) changes from their own style to
+        another: features (batch, 21, 15)."""
         model = self.model
         motion = model.normalize(torch.from_numpy(windows.astype(np.float32)))
         content = model.content_encoder(motion)
         if not model.config.residual_output:
-            (output,) = model.decoded(motion, content, [style], last=1)
-            return model.restore(output)[:, 0].double().numpy() - windows[:, -1]
-        styled, rebuilt = map(self._features, model.decoded(motion, content, [style, own], last=1))
+            (output,) = model.decode_styles(motion, content, [style], last=1)
+            return self._features(output) - windows[:, -1]
+        styled, rebuilt = map(self._features, model.decode_styles(motion, content, [style, own], last=1))
         return styled - rebuilt
-
-    @torch.inference_mode()
-    def key_poses(
-        self,
-        poses: np.ndarray,
-        root_velocities: np.ndarray,
-        own_root_velocities: np.ndarray,
-        style: StyleFeatures,
-        own: StyleFeatures,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """What key poses make of the moment that poses, features (batch, 21, 15), are in: as it is in the style, of a
-        body that goes mean root motions (batch, 3), and as it is in their own, of motion that goes its own
-        (batch, 3). Without key poses both are the poses."""
-        key_poses, model = self.model.key_poses, self.model
-        if not key_poses:
-            return poses, poses
-        attention = key_poses.attend(
-            model.normalize(torch.from_numpy(poses[:, None].astype(np.float32))), own[KEY_POSES]
-        )
-        mean, deviation = (values[0, 0, 0, ROOT] for values in (model.mean, model.deviation))
-        known_velocities, known = known_direction(root_velocities)
-        root_velocity, own_root_velocity, forward = (
-            (torch.from_numpy(each.astype(np.float32)) - mean) / deviation
-            for each in (root_velocities, own_root_velocities, known_velocities)
-        )
-        styled = key_poses(
-            attention,
-            root_velocity,
-            style[KEY_POSES],
-            own[KEY_POSES],
-            own_root_velocity,
-            forward,
-            torch.from_numpy(known_by_part(known)),
-        )
-        return self._features(styled), self._features(
-            key_poses(attention, own_root_velocity, own[KEY_POSES], own[KEY_POSES])
-        )
 
     def _features(self, motion: torch.Tensor) -> np.ndarray:
         """Of normalized motion (21, batch, 1, 15): features (batch, 21, 15)."""
         return self.model.restore(motion)[:, 0].double().numpy()
-
-
-def known_by_part(known: np.ndarray) -> np.ndarray:
-    """How far direction transfer knows root velocities (B, 1), for each part (5, B, 1): of legs it always has to tell,
-    for who stands does not walk."""
-    return np.where(UPPER[:, None, None], known, 1.0).astype(np.float32)
 
 
 def to_inference(model: MotionPuzzle) -> "TorchInference | FastInference":
@@ -138,7 +83,6 @@ class FastInference:
         # last samples of level 2 that the last of level 1 can see
         self.needed = (1 + last.reach + 1) // 2
         self.root_condition = _RootCondition(model.root_condition) if model.root_condition else None
-        self.pose_table = _KeyPoses(model.key_poses) if model.key_poses else None
         self._views = NumpyViews()
 
     @staticmethod
@@ -149,11 +93,10 @@ class FastInference:
             and config.by_part
             and config.attention
             and config.residual_output
-            and config.decodes
         )
 
-    def decoded(self, windows: np.ndarray, style: StyleFeatures, own: StyleFeatures) -> np.ndarray:
-        """As TorchInference.decoded."""
+    def change(self, windows: np.ndarray, style: StyleFeatures, own: StyleFeatures) -> np.ndarray:
+        """As TorchInference.change."""
         motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
         styles = [self._views[style], self._views[own]]
         conditions: Mapping[int, Condition] = {3: (0.0, 0.0), 2: (0.0, 0.0)}
@@ -161,35 +104,11 @@ class FastInference:
             conditions = self.root_condition(motion)
         x = self._encoded(motion)[None].repeat(len(styles), axis=0)
         for level, net, source in zip((3, 2), self.nets, self.sources):
-            x = net(x, [style[level] for style in styles], conditions[level], self.needed if level == 2 else None)
+            x = net(x, level, styles, conditions[level], self.needed if level == 2 else None)
             x = x[:, source].repeat(2, axis=2).reshape(len(styles), len(windows), len(source), -1, x.shape[-1])
         x = self.head(_leaky(self.last(_leaky(x.reshape(-1, *x.shape[2:])))[:, :, None]))
         styled, rebuilt = x.reshape(len(styles), len(windows), *self.mean.shape)
         return ((styled - rebuilt) * self.deviation).astype(float)
-
-    def key_poses(
-        self,
-        poses: np.ndarray,
-        root_velocities: np.ndarray,
-        own_root_velocities: np.ndarray,
-        style: StyleFeatures,
-        own: StyleFeatures,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """As TorchInference.key_poses."""
-        if not self.pose_table:
-            return poses, poses
-        normalized = ((poses - self.mean) / self.deviation).astype(np.float32)
-        forward, known = known_direction(root_velocities)
-        root_velocities = (
-            (np.array([root_velocities, own_root_velocities, forward]) - self.mean[0, ROOT]) / self.deviation[0, ROOT]
-        ).astype(np.float32)
-        known = known_by_part(known).swapaxes(0, 1)
-        poses_in_styles = np.zeros((2, *poses.shape))
-        poses_in_styles[..., BODY] = self.pose_table(
-            normalized, root_velocities, known, *(self._views[each][KEY_POSES] for each in (style, own))
-        )
-        styled, rebuilt = poses_in_styles * self.deviation + self.mean
-        return styled, rebuilt
 
     def _encoded(self, motion: np.ndarray) -> np.ndarray:
         """The content feature (batch, 5, T / 4, C3) of normalized motion (batch, 21, T, 15)."""
@@ -223,60 +142,6 @@ class _JointLinear:
 def _end(layer: JointLinear | torch.nn.Linear) -> Callable[[np.ndarray], np.ndarray]:
     """The 1x1 convolution at either end of the network."""
     return _JointLinear(layer) if isinstance(layer, JointLinear) else _Linear(layer)
-
-
-class _KeyPoses:
-    """stylizer.systems.motion_puzzle.key_poses.KeyPoses and its Translation."""
-
-    def __init__(self, poses: KeyPoses) -> None:
-        self.hidden, self.code, self.going = map(_Linear, (poses.hidden, poses.code, poses.direction_transfer.going))
-        self.sides = poses.direction_transfer.weight.detach().numpy()  # (5, HIDDEN, 2 n 12)
-        self.inverse_scale = poses.inverse_scale().detach().numpy()[..., 0]  # (5, 3)
-        self.fields, self.joints = poses.fields, poses.parts.back.numpy()
-        # (5, 1, 1)
-        moments, sharpness = poses.prototypes.detach().numpy(), poses.sharpness.detach().exp().numpy()[1, :, 0]
-        self.codes = 2 * (sharpness * moments).swapaxes(1, 2).copy()  # (5, CODE, prototypes)
-        self.offsets = -sharpness[..., 0] * np.square(moments).sum(axis=2)  # (5, prototypes)
-
-    def __call__(
-        self,
-        poses: np.ndarray,
-        root_velocities: np.ndarray,
-        known: np.ndarray,
-        style: NumpyFeatures,
-        own: NumpyFeatures,
-    ) -> np.ndarray:
-        """The moment that normalized poses (batch, 21, 15) are in, with a style and with their own: (2, batch, 21, 12).
-        root_velocities: (3, batch, 3) of the body, of the poses' own motion, and what of the first translation knows,
-        each part as far as known (batch, 5, 1)."""
-        attention, scale = self._attend(poses, own)[:, :, None], np.array([style.scale, own.scale])
-        mean, _, source_prediction, root_velocity, code = (scale[..., field] for field in self.fields)
-        root_velocities = root_velocities[:, :, None].repeat(len(PARTS), axis=2)
-        going = _leaky(self.going(np.concatenate([code, root_velocities[[2, 1]]], axis=-1)))[..., None, :] @ self.sides
-        going = going[..., 0, :] - source_prediction
-        going[0] *= known
-        shift, gain = np.split(going, 2, axis=-1)
-        moves = np.array(
-            [attention @ clip.bias.reshape(*clip.bias.shape[:2], attention.shape[-1], -1) for clip in (style, own)]
-        )[..., 0, :]
-        moves *= np.exp(np.minimum(np.maximum(gain, -MOST), MOST))
-        kernel = np.exp(
-            -(np.square(root_velocity[0] - root_velocities[0]) * self.inverse_scale).sum(axis=-1, keepdims=True)
-        )
-        moves[0] = moves[1] + kernel * (moves[0] - moves[1])
-        return (mean + shift + moves).reshape(2, len(poses), -1, BODY.stop)[:, :, self.joints]
-
-    def _attend(self, pose: np.ndarray, own: NumpyFeatures) -> np.ndarray:
-        """(batch, 5, prototypes)"""
-        mean, deviation = (
-            own.scale[..., field].reshape(len(own.scale), -1, BODY.stop)[:, self.joints] for field in self.fields[:2]
-        )
-        bare = (pose[..., BODY] - mean) / (deviation + np.float32(QUIET))
-        bare /= np.sqrt(1 + np.square(bare).sum(axis=(1, 2), keepdims=True) / bare[0].size)
-        code = self.code(_leaky(self.hidden(np.concatenate([bare.reshape(len(bare), -1), pose[:, 0, ROOT]], axis=1))))
-        score = (code.reshape(len(code), len(PARTS), 1, -1) @ self.codes)[:, :, 0] + self.offsets
-        weight = np.exp(score - score.max(axis=-1, keepdims=True))
-        return weight / weight.sum(axis=-1, keepdims=True)
 
 
 class _Pool:
@@ -340,14 +205,14 @@ class _StyleNet:
         self.reach = net.reach
 
     def __call__(
-        self, x: np.ndarray, styles: list[NumpyFeatures], conditions: Condition, last: int | None
+        self, x: np.ndarray, level: int, styles: list[NumpyFeatures], conditions: Condition, last: int | None
     ) -> np.ndarray:
-        """conditions: what the root velocity adds to scale and bias. -> (styles batch, V, T, C), the `last` samples
-        alone where they are given."""
+        """level: the number of this block; conditions: what the root velocity adds to scale and bias. -> (styles batch,
+        V, T, C), the `last` samples alone where they are given."""
         shape = x.shape
         by_part = (*shape[:2], len(PARTS), -1, shape[-1])
         scale, bias = (
-            np.array([getattr(style, key) for style in styles]) + more
+            np.array([style[f"{level}.{key}"] for style in styles]) + more
             for key, more in zip(("scale", "bias"), conditions)
         )
         centred, deviation = _centred(x.reshape(by_part))
@@ -359,9 +224,9 @@ class _StyleNet:
             a.reshape(shape)[..., -seen:, :].reshape(*by_part[:3], -1, shape[-1]) for a in (x, centred / deviation)
         )
         for tokens, query, style in zip(x, self.query(asking), styles):
-            score = query @ style.keys.swapaxes(-1, -2)
+            score = query @ style[f"{level}.keys"].swapaxes(-1, -2)
             weight = np.exp(score - score.max(axis=-1, keepdims=True))
-            tokens += weight @ style.values / weight.sum(axis=-1, keepdims=True)
+            tokens += weight @ style[f"{level}.values"] / weight.sum(axis=-1, keepdims=True)
         x = self.conv2(x.reshape(-1, shape[2], seen, shape[-1]))
         return x if last is None else x[:, :, -last:]
 

@@ -4,8 +4,6 @@ The names of `CONFIGS` are what training, evaluation and bench know."""
 
 from dataclasses import dataclass, replace
 
-JOINTS = 5  # a style's features are kept under this number
-
 
 @dataclass(frozen=True)
 class JointConfig:
@@ -15,11 +13,6 @@ class JointConfig:
     sharpness: float = 8.0  # score of a query that equals a key; sharper attention jumps from step to step
     attention: bool = True  # BP-ATN; False: BP-AdaIN alone, which scales the content's own movement
     by_part: bool = True  # BP-AdaIN; False: one shift for all joints of the body (Sec. 7.2)
-
-    @property
-    def styled(self) -> tuple[int, ...]:
-        """The numbers under which the network takes in a style."""
-        return (JOINTS,)
 
 
 JOINT_PUZZLE = JointConfig()

@@ -4,9 +4,11 @@ stylizer.systems.motion_puzzle.joint_model up to rounding."""
 import numpy as np
 import torch
 
+from sim.math.easing import ramp
 from sim.motion.features import WINDOW
+from sim.motion.gait import gait_distance, with_run
 from stylizer.systems.motion_puzzle.fast_inference import NumpyFeatures, NumpyViews
-from stylizer.systems.motion_puzzle.joint_config import JOINTS, JointConfig
+from stylizer.systems.motion_puzzle.joint_config import JointConfig
 from stylizer.systems.motion_puzzle.joint_model import BODY, GAIT_WIDTH, LEGS, MOVING, QUIET, ROOT, JointPuzzle
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
@@ -24,7 +26,7 @@ class TorchJointInference:
         """What the newest sample of windows (batch, WINDOW, 21, 15) is in a style, of bodies whose roots move at mean
         velocities (batch, 3), and what it is in its own: features (batch, 21, 15) both."""
         motion = self.model.normalize(torch.from_numpy(windows.astype(np.float32)))
-        both = self.model(motion, style, own, 1, torch.from_numpy(velocities.astype(np.float32)))
+        both = self.model(motion, style, own, 1, torch.from_numpy(with_run(velocities).astype(np.float32)))
         styled, rebuilt = (self.model.restore(each)[:, 0].double().numpy() for each in both)
         return styled, rebuilt
 
@@ -55,27 +57,23 @@ class FastJointInference:
     ) -> tuple[np.ndarray, np.ndarray]:
         """As TorchJointInference.restyle."""
         poses = ((windows[:, self.seen] - self.mean) / self.deviation).astype(np.float32)
-        of_style, of_own = self._views[style][JOINTS], self._views[own][JOINTS]
-        query = self._query(poses, of_own)
-        moves, own_moves = (self._found(query, each) for each in (of_style, of_own))
-        speed = np.hypot(velocities[:, 0], velocities[:, 1])[:, None, None]
-        (mean, there), (ours, _) = (np.split(each.bias, 2, axis=-1) for each in (of_style, of_own))
-        apart = np.square(of_style.scale[..., mean.shape[-1] :] - velocities[:, None]).sum(axis=-1, keepdims=True)
-        same = np.exp(-np.square(apart / GAIT_WIDTH**2)).astype(np.float32)
-        theirs = np.where(LEGS[:, 0], mean + (1 - same) * (ours - there), mean)
-        share = same * np.clip((speed - MOVING[0]) / (MOVING[1] - MOVING[0]), 0, 1).astype(np.float32)
+        theirs, ours = self._views[style], self._views[own]
+        query = self._query(poses, ours)
+        moves, own_moves = (self._found(query, each) for each in (theirs, ours))
+        gaits = with_run(velocities)[:, None]
+        same = np.exp(-np.square(gait_distance(theirs["gait"], gaits) / GAIT_WIDTH**2))[..., None].astype(np.float32)
+        translated = ours["mean"] + theirs["mean"] - theirs["own_mean"]
+        mean = np.where(LEGS[:, 0], translated + same * (theirs["mean"] - translated), theirs["mean"])
+        moving = ramp(np.hypot(velocities[:, 0], velocities[:, 1]), *MOVING)[:, None, None].astype(np.float32)
+        styled_moves = own_moves + moving * same * (moves - own_moves)
         poses_in_styles = np.zeros((2, *windows[:, -1].shape))
-        poses_in_styles[..., BODY] = self._of_joints(
-            np.array([theirs + own_moves + share * (moves - own_moves), ours + own_moves])
-        )
+        poses_in_styles[..., BODY] = self._of_joints(np.array([mean + styled_moves, ours["mean"] + own_moves]))
         styled, rebuilt = poses_in_styles * self.deviation + self.mean
         return styled, rebuilt
 
     def _query(self, poses: np.ndarray, own: NumpyFeatures) -> np.ndarray:
         """(batch, code) of normalized poses (batch, lags, 21, 15) in a style."""
-        mean, deviation = (
-            self._of_joints(each[..., : own.values.shape[-1]])[:, None] for each in (own.bias, own.scale)
-        )
+        mean, deviation = (self._of_joints(own[name])[:, None] for name in ("mean", "deviation"))
         bare = (poses[..., BODY] - mean) / (deviation + np.float32(QUIET))
         bare /= np.sqrt(1 + np.square(bare).sum(axis=(2, 3), keepdims=True) / bare[0, 0].size)
         (root, root_bias), (weight, bias) = self.root, self.code
@@ -85,10 +83,10 @@ class FastJointInference:
 
     def _found(self, query: np.ndarray, style: NumpyFeatures) -> np.ndarray:
         """What queries (batch, code) find in a style's tokens: (batch, 5, n 12)."""
-        score = np.float32(self.config.sharpness) * (style.keys @ query[:, None, :, None])[..., 0]
+        score = np.float32(self.config.sharpness) * (style["keys"] @ query[:, None, :, None])[..., 0]
         weight = np.exp(score - score.max(axis=-1, keepdims=True))
         weight /= weight.sum(axis=-1, keepdims=True)
-        return (weight[..., None, :] @ style.values)[..., 0, :]
+        return (weight[..., None, :] @ style["values"])[..., 0, :]
 
     def _of_joints(self, values: np.ndarray) -> np.ndarray:
         """(..., 5, n 12) -> (..., 21, 12)"""

@@ -17,17 +17,19 @@ from torch.nn import functional as F
 
 from sim.body.skeleton import JOINT_COUNT, PARTS
 from sim.motion.features import LAYOUT
+from sim.motion.gait import RUN_APART, SIDEWAYS, SLOW, TURN_UNIT
+from sim.motion.thresholds import STYLE_WALK_OR_RUN
 from stylizer.networks.graph import LEVELS
-from stylizer.networks.layers import BlockFeatures, Parts, leaky, moments
+from stylizer.networks.layers import Parts, leaky, moments
 from stylizer.networks.normalization import Scaled
-from stylizer.systems.motion_puzzle.joint_config import JOINTS, JointConfig
+from stylizer.systems.motion_puzzle.joint_config import JointConfig
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
 ROOT = LAYOUT["root"]
 BODY = slice(0, ROOT.start)  # all but the way over the floor, which is the content's
 QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly moves says little
 FAINT = 1e-6  # added to variances
-GAIT_WIDTH = 1.4  # metres (radians) a second by which root velocities of one gait differ at most
+GAIT_WIDTH = 1.0  # of the root of `gait_distance`, by which movements of one gait differ at most
 LEGS = torch.tensor([name.endswith("leg") for name in PARTS])[:, None, None]
 MOVING = (0.05, 0.35)  # metres a second between which standing becomes going: who stands makes no style's steps
 
@@ -64,10 +66,11 @@ class MomentEncoder(nn.Module):
 
 
 class JointPuzzle(Scaled):
-    """The whole network. As a `BlockFeatures` the style of C clips is, with C along the batch: scale (5, C, n 12 + 3),
-    the deviation of its poses, and behind it its mean root velocity; bias (5, C, 2 n 12), their mean, and behind it the
-    mean of the own style that moves so; keys (5, C, S, code) and values (5, C, S, n 12), S tokens, as poses about the
-    mean."""
+    """The whole network. The style of C clips is, with C along the batch and S tokens of n joints a part:
+
+    mean, deviation (5, C, n 12) of its poses; own_mean (5, C, n 12), how the own style is held where it moves so; gait
+    (5, C, 4), how it moves (see sim.motion.gait.with_run); keys (5, C, S, code), values (5, C, S, n 12), poses about
+    the mean."""
 
     KIND, CONFIG = "motion-puzzle-joints", JointConfig
 
@@ -83,81 +86,81 @@ class JointPuzzle(Scaled):
         mean, deviation = self.statistics(clip)
         keys = self.moments(clip[:, :, -tokens - max(self.config.lags) :], mean, deviation, tokens)
         values = self.by_part(clip[:, :, -tokens:, BODY] - mean)
-        return {JOINTS: self.style_side(mean, deviation, self.velocity(clip), keys, values)}
+        return self.style_side(mean, deviation, self.gait(clip), keys, values)
 
     def statistics(self, clip: Tensor) -> tuple[Tensor, Tensor]:
         """Mean and deviation over time of a clip (21, B, T, 15): two of (21, B, 1, 12)."""
         mean, variance = moments(clip[..., BODY], (2,))
         return mean, (variance + FAINT).sqrt()
 
-    def velocity(self, motion: Tensor) -> Tensor:
-        """The mean root velocity (B, 3) of normalized motion (21, B, T, 15), in metres and radians a second."""
-        return motion[0, ..., ROOT].mean(1) * self.deviation[0, 0, 0, ROOT] + self.mean[0, 0, 0, ROOT]
+    def gait(self, motion: Tensor) -> Tensor:
+        """How normalized motion (21, B, T, 15) moves: (B, 4), mean root velocity in metres and radians a second, and
+        how far that is a run's."""
+        velocity = motion[0, ..., ROOT].mean(1) * self.deviation[0, 0, 0, ROOT] + self.mean[0, 0, 0, ROOT]
+        return torch.cat([velocity, run_share(velocity)], dim=1)
 
-    def style_side(
-        self, mean: Tensor, deviation: Tensor, velocity: Tensor, keys: Tensor, values: Tensor
-    ) -> BlockFeatures:
-        """From statistics (21, B, 1, 12), the mean root velocity (B, 3), keys (B, S, code) and values (5, B, S, n
-        12)."""
+    def style_side(self, mean: Tensor, deviation: Tensor, gait: Tensor, keys: Tensor, values: Tensor) -> StyleFeatures:
+        """From statistics (21, B, 1, 12), the gait (B, 4), keys (B, S, code) and values (5, B, S, n 12)."""
         deviation, mean = (self.by_part(each)[:, :, 0] for each in (deviation, mean))
-        scale = torch.cat([deviation, velocity.expand(len(PARTS), -1, -1)], dim=2)
-        return BlockFeatures(scale, mean.repeat(1, 1, 2), keys.expand(len(PARTS), -1, -1, -1), values)
+        every = len(PARTS)
+        return {
+            "mean": mean,
+            "deviation": deviation,
+            "own_mean": mean,
+            "gait": gait.expand(every, -1, -1),
+            "keys": keys.expand(every, -1, -1, -1),
+            "values": values,
+        }
 
-    def beside(self, style: BlockFeatures, own: Tensor) -> BlockFeatures:
-        """The style of C clips beside an own style whose mean pose, (21, C, 1, 12), is this one where it moves as the
-        clips do."""
-        mean, _ = style.bias.chunk(2, dim=2)
-        return style._replace(bias=torch.cat([mean, self.by_part(own)[:, :, 0]], dim=2))
-
-    def take_joints(self, style: BlockFeatures, to: int, source: int, joints: Tensor) -> BlockFeatures:
+    def take_joints(self, style: StyleFeatures, to: int, source: int, joints: Tensor) -> StyleFeatures:
         """The style of n clips, with some joints (21,) bool of clip `to` replaced by those of clip `source`."""
         # (5, n 12)
         taken = self.by_part(joints[:, None, None, None].expand(-1, 1, 1, BODY.stop).float())[:, 0, 0] > 0.5
-        result = BlockFeatures(*(each.clone() for each in style))
-        for each in (values[..., : taken.shape[1]] for values in (result.scale, result.bias)):
-            each[:, to] = torch.where(taken, each[:, source], each[:, to])
-        result.values[:, to] = torch.where(taken[:, None], result.values[:, source], result.values[:, to])
+        result = {name: values.clone() for name, values in style.items()}
+        for name, chosen in (("mean", taken), ("deviation", taken), ("own_mean", taken), ("values", taken[:, None])):
+            values = result[name]
+            values[:, to] = torch.where(chosen, values[:, source], values[:, to])
         return result
 
     # The content's side, in every frame.
 
     def forward(
-        self, motion: Tensor, style: StyleFeatures, own: StyleFeatures, last: int, velocity: Tensor | None = None
+        self, motion: Tensor, style: StyleFeatures, own: StyleFeatures, last: int, gait: Tensor | None = None
     ) -> tuple[Tensor, Tensor]:
         """The last samples of normalized motion (21, B, T, 15) in a style, and in its own: two of (21, B, last, 15),
         root velocities 0. What is put on the content is how the two differ.
 
-        velocity: (B, 3) of the bodies' roots in metres and radians a second; None for what the motion says."""
-        theirs, ours = style[JOINTS], own[JOINTS]
-        velocity = self.velocity(motion) if velocity is None else velocity
+        gait: (B, 4) of the bodies, see `gait`; None for what the motion says."""
+        gait = self.gait(motion) if gait is None else gait
         if self.config.attention:
-            query = self.queries(motion, ours, last)
+            query = self.queries(motion, own, last)
             # BP-ATN, Eq. 11 to 13
-            moves, own_moves = (self.attention(query, each.keys) @ each.values for each in (theirs, ours))
+            moves, own_moves = (self.attention(query, each["keys"]) @ each["values"] for each in (style, own))
         else:
-            own_moves = self.by_part(motion[:, :, -last:, BODY]) - self.pose(ours.bias)[:, :, None]
-            moves = own_moves * (self.pose(theirs.scale) / self.pose(ours.scale))[:, :, None]
-        (mean, there), own_mean = theirs.bias.chunk(2, dim=2), self.pose(ours.bias)
-        same = same_gait_weight(theirs.scale[..., mean.shape[2] :], velocity)
-        styled_mean = torch.where(LEGS, torch.lerp(own_mean + mean - there, mean, same), mean)
-        shift = styled_mean - own_mean  # BP-AdaIN, Eq. 8, 9
+            own_moves = self.by_part(motion[:, :, -last:, BODY]) - own["mean"][:, :, None]
+            moves = own_moves * (style["deviation"] / own["deviation"])[:, :, None]
+        same = same_gait(style["gait"], gait)
+        translated = own["mean"] + style["mean"] - style["own_mean"]
+        styled_mean = torch.where(LEGS, torch.lerp(translated, style["mean"], same), style["mean"])
+        shift = styled_mean - own["mean"]  # BP-AdaIN, Eq. 8, 9
         if not self.config.by_part:
             shift = self._over_body(shift)
-        moves = own_moves + (moving_share(velocity) * same)[:, :, None] * (moves - own_moves)
-        return self._whole((own_mean + shift)[:, :, None] + moves), self._whole(own_mean[:, :, None] + own_moves)
+        moves = own_moves + (moving_share(gait) * same)[:, :, None] * (moves - own_moves)
+        return self._whole((own["mean"] + shift)[:, :, None] + moves), self._whole(own["mean"][:, :, None] + own_moves)
 
-    def queries(self, motion: Tensor, own: BlockFeatures, last: int) -> Tensor:
+    def queries(self, motion: Tensor, own: StyleFeatures, last: int) -> Tensor:
         """The queries (B, last, code) of the last samples of normalized motion (21, B, T, 15) in its own style."""
-        return self.moments(motion, self._of_joints(self.pose(own.bias)), self._of_joints(self.pose(own.scale)), last)
+        return self.moments(motion, self._of_joints(own["mean"]), self._of_joints(own["deviation"]), last)
 
     def attention(self, query: Tensor, keys: Tensor) -> Tensor:
         """The map A of Eq. 12, (5, B, T, S), rows that add up to 1, from queries (B, T, code) and keys (5, B, S,
         code)."""
         return (self.config.sharpness * query @ keys.transpose(2, 3)).softmax(dim=3)
 
-    def pose(self, numbers: Tensor) -> Tensor:
-        """Of a style's scale or bias the first (5, B, n 12), which are its poses'."""
-        return numbers[..., : self.parts.count * BODY.stop]
+    def token_pose(self, style: StyleFeatures, token: int) -> Tensor:
+        """The pose (21, 15) that a token of a style (a batch of 1) stands for, root velocities the mean."""
+        pose = (style["mean"] + style["values"][:, :, token])[:, :, None]
+        return self.restore(self._whole(pose))[0, 0]
 
     def by_part(self, values: Tensor) -> Tensor:
         """(21, B, T, 12) -> (5, B, T, n 12)"""
@@ -185,15 +188,32 @@ def remove_style(body: Tensor, mean: Tensor, deviation: Tensor, of_one: tuple[in
     return moved / (1 + moved.square().mean(of_one, keepdim=True)).sqrt()
 
 
-def moving_share(velocity: Tensor) -> Tensor:
-    """How far bodies whose roots move at (B, 3) are no longer standing: (B, 1) in 0..1."""
-    speed = velocity[:, :2].norm(dim=1)[:, None]
+def moving_share(gait: Tensor) -> Tensor:
+    """How far bodies that move so, (B, 4), are no longer standing: (B, 1) in 0..1."""
+    speed = gait[:, :2].norm(dim=1)[:, None]
     return ((speed - MOVING[0]) / (MOVING[1] - MOVING[0])).clamp(0, 1)
 
 
-def same_gait_weight(seen: Tensor, velocity: Tensor) -> Tensor:
-    """How far the steps of a style seen at root velocities (5, B, 3) are those of bodies that move at others (B, 3):
+def run_share(velocity: Tensor) -> Tensor:
+    """How far root velocities (B, 3) are a run's: (B, 1) in 0..1, as sim.motion.gait.with_run says."""
+    low, high = STYLE_WALK_OR_RUN
+    share = ((velocity[:, 1:2] - low) / (high - low)).clamp(0, 1)
+    return share * share * (3 - 2 * share)
+
+
+def same_gait(seen: Tensor, gait: Tensor) -> Tensor:
+    """How far the steps of a style that was seen moving so, (5, B, 4), are those of bodies that move otherwise (B, 4):
     (5, B, 1). A slow walk does say how legs move in a quick one, but little of a run, and nothing of a step back: there
     legs keep their own steps, in a mean pose as far from their own as the style's was from the own style's where it was
     seen."""
-    return torch.exp(-((seen - velocity).square().sum(-1, keepdim=True) / GAIT_WIDTH**2).square())
+    return torch.exp(-((gait_distance(seen, gait) / GAIT_WIDTH**2).square()))[..., None]
+
+
+def gait_distance(one: Tensor, other: Tensor) -> Tensor:
+    """sim.motion.gait.gait_distance, of tensors."""
+    speeds = [each[..., :2].norm(dim=-1) for each in (one, other)]
+    reach = [(speed / SLOW).log1p() for speed in speeds]
+    cosine = (one[..., :2] * other[..., :2]).sum(-1) / (speeds[0] * speeds[1]).clamp(min=1e-9)
+    angle = cosine.clamp(-1, 1).arccos() * SIDEWAYS * torch.minimum(*reach)
+    turn, run = (one[..., 2:] - other[..., 2:]).unbind(-1)
+    return (reach[0] - reach[1]).square() + angle.square() + (turn / TURN_UNIT).square() + (RUN_APART * run).square()

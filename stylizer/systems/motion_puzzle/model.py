@@ -8,14 +8,25 @@ import torch
 from torch import Tensor, nn
 
 from sim.body.skeleton import PARTS
-from sim.motion.features import FEATURES
+from sim.motion.features import FEATURES, LAYOUT
 from stylizer.networks.graph import LEVELS
 from stylizer.networks.layers import BPATN, BlockFeatures, BPAdaIN, Pool, STConv, Unpool, leaky, normalize, of_kind
 from stylizer.networks.normalization import Scaled
-from stylizer.systems.motion_puzzle.config import KEY_POSES, RESIDUAL, Config
-from stylizer.systems.motion_puzzle.direction_transfer import ROOT, ROOT_SIZE
-from stylizer.systems.motion_puzzle.key_poses import KeyPoses
+from stylizer.systems.motion_puzzle.config import RESIDUAL, Config
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch
+
+ROOT = LAYOUT["root"]
+ROOT_SIZE = ROOT.stop - ROOT.start
+
+
+def block_features(style: StyleFeatures, number: int) -> BlockFeatures:
+    """What a style says to one block of the decoder."""
+    return BlockFeatures(*(style[f"{number}.{field}"] for field in BlockFeatures._fields))
+
+
+def named(number: int, features: BlockFeatures) -> StyleFeatures:
+    """The inverse of `block_features`."""
+    return {f"{number}.{field}": values for field, values in features._asdict().items()}
 
 
 class ResBlock(nn.Module):
@@ -154,7 +165,6 @@ class RootCondition(nn.Module):
                     len(PARTS) * 2 * config.width(min(number, 3)) * (2 if number == RESIDUAL else 1),
                 )
                 for number in config.styled
-                if number != KEY_POSES
             }
         )
 
@@ -162,11 +172,13 @@ class RootCondition(nn.Module):
         """The style (batch of B or 1) at the root velocity of normalized motion (21, B, T, 15)."""
         root = motion[0, ..., ROOT]
         hidden = leaky(self.hidden(torch.cat([root.mean(dim=1), root[:, -1]], dim=1)))
-        result = {}
+        result: StyleFeatures = {}
         for number, side in self.sides.items():
             scale, bias = side(hidden).view(len(hidden), len(PARTS), -1).transpose(0, 1).chunk(2, dim=2)
-            part = style[int(number)]
-            result[int(number)] = part._replace(scale=part.scale + scale, bias=part.bias + bias)
+            result |= {
+                f"{number}.scale": style[f"{number}.scale"] + scale,
+                f"{number}.bias": style[f"{number}.bias"] + bias,
+            }
         return style | result
 
 
@@ -185,17 +197,17 @@ class Decoder(nn.Module):
 
     def style_side(self, style: list[Tensor]) -> StyleFeatures:
         """A style clip's features of G1, G2, G3 -> what the decoder needs of them, computed once a style."""
-        sides = {
-            level: of_kind(BPStyleNet, self.blocks[str(level)]).style_side(style[level - 1])
-            for level in self.config.style_levels
-        }
-        return sides | ({RESIDUAL: self.residual.style_side(style[-1])} if self.residual else {})
+        result = named(RESIDUAL, self.residual.style_side(style[-1])) if self.residual else {}
+        for level in self.config.style_levels:
+            result |= named(level, of_kind(BPStyleNet, self.blocks[str(level)]).style_side(style[level - 1]))
+        return result
 
     def forward(self, content: Tensor, style: StyleFeatures, last: int | None = None) -> Tensor:
         """(5, B, T / 4, C3) -> motion (21, B, T, 15), or its `last` samples alone, without computing the others."""
-        x = self.residual(content, style[RESIDUAL]) if self.residual else content
+        x = self.residual(content, block_features(style, RESIDUAL)) if self.residual else content
         for level in reversed(LEVELS):
-            x = self.blocks[str(level)](x, style.get(level), self._needed(level, last))
+            of_level = block_features(style, level) if level in self.config.style_levels else None
+            x = self.blocks[str(level)](x, of_level, self._needed(level, last))
             x = self.unpools[str(level)](x) if level > 1 else x
         with torch.autocast(x.device.type, enabled=False):  # a few channels that everything hangs on
             return self.head(leaky(x.float()))
@@ -219,19 +231,10 @@ class MotionPuzzle(Scaled):
         self.content_encoder = ContentEncoder(config)
         self.decoder = Decoder(config)
         self.root_condition = RootCondition(config) if config.root_units else None
-        self.key_poses = KeyPoses(config.key_poses) if config.key_poses else None
-        if self.key_poses:  # the network begins with nothing to add
-            nn.init.zeros_(self.decoder.head.weight)
 
-    def encode_style(self, motion: Tensor, clip: Tensor | None = None) -> StyleFeatures:
-        """Normalized style clip (21, B, T, 15), T a multiple of 4 -> the style by number.
-
-        clip: what key poses are read from, if not motion: more of the same, of any length."""
-        style = self.decoder.style_side(self.style_encoder(motion))
-        if not self.key_poses:
-            return style
-        with torch.autocast(motion.device.type, enabled=False):
-            return style | {KEY_POSES: self.key_poses.style_side(motion if clip is None else clip)}
+    def encode_style(self, motion: Tensor) -> StyleFeatures:
+        """Normalized style clip (21, B, T, 15), T a multiple of 4 -> its style."""
+        return self.decoder.style_side(self.style_encoder(motion))
 
     def forward(
         self, motion: Tensor, style: StyleFeatures, own: StyleFeatures, last: int | None = None
@@ -242,33 +245,16 @@ class MotionPuzzle(Scaled):
         The second shows what of the content's own movement the decoder loses: what is put on is how the two differ."""
         content = self.content_encoder(motion)
         if not self.config.residual_output:
-            (styled,) = self.decode_styles(motion, content, [style], own, last)
+            (styled,) = self.decode_styles(motion, content, [style], last)
             return styled, None
-        styled, rebuilt = self.decode_styles(motion, content, [style, own], own, last)
+        styled, rebuilt = self.decode_styles(motion, content, [style, own], last)
         return styled, rebuilt
 
     def decode_styles(
-        self, motion: Tensor, content: Tensor, styles: list[StyleFeatures], own: StyleFeatures, last: int | None = None
-    ) -> list[Tensor]:
-        """Motion (21, B, T, 15), or its `last` samples, in each of some styles, from normalized motion, its content
-        feature and the motion's own style (batches of B)."""
-        results = self.decoded(motion, content, styles, last)
-        if not self.key_poses:
-            return results
-        with torch.autocast(motion.device.type, enabled=False):
-            attention = self.key_poses.attend(motion[:, :, -(last or motion.shape[2]) :], own[KEY_POSES])
-            root_velocity = motion[0, ..., ROOT].mean(1)
-            return [
-                result + self.key_poses(attention, root_velocity, style[KEY_POSES], own[KEY_POSES])
-                for result, style in zip(results, styles)
-            ]
-
-    def decoded(
         self, motion: Tensor, content: Tensor, styles: list[StyleFeatures], last: int | None = None
     ) -> list[Tensor]:
-        """The decoder's part of `decode_styles`."""
-        if not self.config.decodes:
-            return [torch.zeros_like(motion[:, :, -(last or motion.shape[2]) :])] * len(styles)
+        """Motion (21, B, T, 15), or its `last` samples, in each of some styles, from normalized motion and its content
+        feature (batches of B)."""
         styled = cat_batch([self.condition_on_root(motion, style) for style in styles])
         return list(self.decoder(content.repeat(1, len(styles), 1, 1), styled, last).chunk(len(styles), dim=1))
 

@@ -18,9 +18,8 @@ from sim.motion.features import LAYOUT, POSE_CHANNELS, STRIDE, WINDOW
 from sim.motion.thresholds import STAND_OR_WALK
 from stylizer.data.dataset import LATER, STYLE_WINDOW
 from stylizer.networks.blocks import NEWEST, newest
-from stylizer.systems.motion_puzzle.config import KEY_POSES
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch, mix_parts, split_batch
+from stylizer.systems.motion_puzzle.style_tensors import cat_batch, mix_parts, split_batch
 
 AMPLITUDE_WEIGHT = 2.0  # what a joint's deviation over time counts in `mean_pose_loss`, where its mean counts 1
 SPEED_SCALE = 1.0  # m/s; clips whose speeds differ by more have little to say about each other's dynamics
@@ -52,9 +51,8 @@ OURS = Recipe(
         "reconstruction": 1.0,
         "root": 0.5,
         "smoothness": 1.0,
-        "mean_pose": 3.0,
+        "mean_pose": 6.0,
         "imitation": 0.7,
-        "direction_transfer": 1.0,
         "stream": 0.4,
     },
     batch=12,
@@ -98,14 +96,13 @@ def paper_losses(model: MotionPuzzle, inputs: Inputs) -> dict[str, Tensor]:
     of_source, of_target = model.content_encoder(wanted).chunk(2, dim=1)
     mixed = mix_parts(own, other, inputs.use_target)
     both = cat_batch([own, other])
-    (rebuilt,) = model.decode_styles(wanted, torch.cat([of_source, of_target], dim=1), [both], both)
-    restyled, restyled_whole = model.decode_styles(source, of_source, [mixed, other], own)
+    (rebuilt,) = model.decode_styles(wanted, torch.cat([of_source, of_target], dim=1), [both])
+    restyled, restyled_whole = model.decode_styles(source, of_source, [mixed, other])
     again = model.encode_style(restyled_whole)
     (cycled,) = model.decode_styles(
         torch.cat([restyled, target], dim=1),
         torch.cat([model.content_encoder(restyled), of_target], dim=1),
         [cat_batch([own, again])],
-        cat_batch([mixed, other]),
     )
     return {
         "reconstruction": (rebuilt - wanted).abs().mean(),
@@ -120,18 +117,17 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
     stream:
 
     mean_pose, how restyled parts are held and how lively they are (see `mean_pose_loss`); imitation, the matched step
-    of the exemplar (see `imitate`); direction_transfer, what key poses say of another root velocity (see
-    `_transfer_loss`); stream, the newest samples must be what a later window says of the same instants."""
+    of the exemplar (see `imitate`); stream, the newest samples must be what a later window says of the same
+    instants."""
     use_target, now = inputs.use_target, inputs.source[:, :, -WINDOW:]
     later = [inputs.later] if "stream" in recipe.active(late) else []
     motion = torch.cat([now, *later], dim=1)
     times = 1 + len(later)
     clips = torch.cat([inputs.own, inputs.target], dim=1)
-    own, other = split_batch(model.encode_style(clips[:, :, -STYLE_WINDOW:], clips))
+    own, other = split_batch(model.encode_style(clips[:, :, -STYLE_WINDOW:]))
     content = model.content_encoder(motion)
-    transfer_loss = _transfer_loss(model, own, inputs.source) + _transfer_loss(model, other, inputs.exemplar)
     own, mixed = (cat_batch([style] * times) for style in (own, mix_parts(own, other, use_target)))
-    rebuilt, restyled = model.decode_styles(motion, content, [own, mixed], own)
+    rebuilt, restyled = model.decode_styles(motion, content, [own, mixed])
     if model.config.residual_output:
         restyled = motion + (restyled - rebuilt)
 
@@ -161,7 +157,6 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
             restyled[:, : now.shape[1]], now, inputs.source, inputs.exemplar, use_target, model
         ),
         "imitation": (turns.abs() * time * turn_worth).mean() + (places.abs() * time * worth).mean(),
-        "direction_transfer": transfer_loss,
     }
     if later:
         first, second = (restyled - motion).chunk(2, dim=1)  # later, the newest samples lie well inside the window
@@ -169,15 +164,6 @@ def our_losses(model: MotionPuzzle, inputs: Inputs, recipe: Recipe, late: bool) 
             (first[:, :, NEWEST] - _seen_later(second).detach()[:, :, NEWEST])[..., POSE_CHANNELS].abs().mean()
         )
     return {name: terms[name] for name in recipe.active(late)}
-
-
-def _transfer_loss(model: MotionPuzzle, style: StyleFeatures, clip: Tensor) -> Tensor:
-    """How badly key poses of other clips tell how a normalized clip (21, B, T, 15) in the same style is held on its
-    way; none without them."""
-    if not model.key_poses:
-        return clip.new_zeros(())
-    with torch.autocast(clip.device.type, enabled=False):
-        return model.key_poses.direction_transfer_loss(style[KEY_POSES], clip.float())
 
 
 def imitate(model: MotionPuzzle, content: Tensor, match: Tensor, use_target: Tensor) -> Tensor:

@@ -16,8 +16,9 @@ from demo.live.live import Live
 from demo.render.inset import SECONDS, SIDES, Inset
 from sim.io import bvh
 from sim.session import Session
-from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.catalogue import make_stylizer
 from stylizer.styles.bank import BUNDLED, StyleBank
+from stylizer.systems import checkpoint
 from tests.demo.live.test_live import Clock
 from tests.support.fakes import Walker, key
 from tests.support.walker import walking_clip
@@ -30,14 +31,15 @@ TOO_LONG = 120  # seconds after which learning is given up; nothing is measured 
 def bundled(tmp_path_factory) -> Path:
     """The trained stylizer's bank with few styles, which is quicker to read."""
     folder = tmp_path_factory.mktemp("styles")
-    for name in ("neutral", "old"):
-        shutil.copy(BUNDLED / f"{name}.safetensors", folder)
+    (folder / checkpoint.SHIPPED).mkdir()
+    for name in ("own_motion", f"{checkpoint.SHIPPED}/neutral", f"{checkpoint.SHIPPED}/marching"):
+        shutil.copy(BUNDLED / f"{name}.safetensors", folder / f"{name}.safetensors")
     return folder
 
 
 @pytest.fixture
 def live(screen, bundled, tmp_path) -> Live:
-    stylizer = LiveStylizer(StyleBank(bundled=bundled, user=tmp_path / "user"))
+    stylizer = make_stylizer(StyleBank(bundled=bundled, user=tmp_path / "user"))
     return Live(Session(Walker(), stylizer), stylizer.styles, screen, clock=Clock())
 
 
@@ -84,7 +86,7 @@ def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_pat
     finish(live)
     assert "My-limp" in live.choice.styles and live.choice.style == {"left_arm": ("My-limp", 1.0)}
     assert live.frame.command.style == live.choice.style and any("learned “My-limp”" in text for text in said(live))
-    assert StyleBank(bundled=bundled, user=tmp_path / "user").names == ("My-limp", "neutral", "old"), (
+    assert StyleBank(bundled=bundled, user=tmp_path / "user").names == ("My-limp", "marching", "neutral"), (
         "kept for the next start"
     )
 

@@ -230,7 +230,7 @@ def test_a_stylizer_for_another_controller_is_not_taken(monkeypatch, own_of):
     session = fake_session()
     session.controller.fingerprint = "this one"
     other = SimpleNamespace(name="other", own_of=own_of, transfer_state=lambda before: None)
-    monkeypatch.setattr("stylizer.runtime.catalogue.names", lambda: ("slim", "other"))
+    monkeypatch.setattr("stylizer.systems.checkpoint.names", lambda: ("joints", "other"))
     monkeypatch.setattr("stylizer.runtime.catalogue.from_pretrained", lambda name: other)
     stylizers, before = Stylizers(session), session.stylizer
     if own_of == "another":
@@ -249,7 +249,7 @@ def test_a_recording_keeps_its_stylizer(screen, tmp_path, monkeypatch):
 
 
 def test_there_may_be_no_other_stylizer(screen, monkeypatch):
-    monkeypatch.setattr("stylizer.runtime.catalogue.names", lambda: ("slim",))
+    monkeypatch.setattr("stylizer.systems.checkpoint.names", lambda: ("joints",))
     live, _ = play(screen, {2: [key("y")], 4: [key("u")]}, 0.2)
     texts = [text for _, text, _ in live.toasts]
     assert any("no other stylizer" in text for text in texts)

@@ -230,7 +230,7 @@ def test_presets_by_mouse(player):
 
 def test_a_preset_whose_style_is_gone_is_said(player):
     player.press("1", mod=pygame.KMOD_LCTRL)
-    assert player.style == {} and any("unknown style 'exhausted'" in text for _, text, _ in player.live.toasts)
+    assert player.style == {} and any("unknown style 'zombie'" in text for _, text, _ in player.live.toasts)
 
 
 def test_a_preset_that_cannot_be_written_is_said(player, monkeypatch, tmp_path):
@@ -242,8 +242,9 @@ def test_a_preset_that_cannot_be_written_is_said(player, monkeypatch, tmp_path):
 
 def test_bundled_presets_use_bundled_styles(tmp_path):
     from stylizer.styles.bank import BUNDLED
+    from stylizer.systems import checkpoint
 
-    styles = {path.stem for path in BUNDLED.glob("*.safetensors")}
+    styles = {path.stem for path in (BUNDLED / checkpoint.SHIPPED).glob("*.safetensors")}
     slots = Presets(tmp_path / "none.json").slots
     assert set(slots) <= set(SLOTS) and len(slots) >= 6
     assert {name for _, style in slots.values() for name in style.names} <= styles

@@ -53,7 +53,7 @@ def walks(session):
 
 
 def classifiers(right: float) -> dict:
-    panel = SimpleNamespace(share=lambda features, wanted, top=1: right)
+    panel = SimpleNamespace(knows=bool, share=lambda features, wanted, top=1: right)
     return dict.fromkeys(("style", "upper_style", "content"), panel)
 
 
@@ -92,6 +92,13 @@ def test_a_movement_without_a_clip_is_compared_with_the_walk(walks):
     assert reference_for("strafe", references) == ("walk", references["walk"])
     found = measure_style("old", "stand", walks[1], walks[2], references, classifiers(1.0))
     assert found["cra"] is None and found["mean_pose"]["arms"]["other_take"] is None
+
+
+def test_a_style_without_a_label_is_measured_and_not_judged(walks):
+    found = measure_style(
+        "zombie", "walk_1.3", walks[0], walks[2], {"walk": Reference(walks[0], None)}, classifiers(1.0)
+    )
+    assert found["sra"] is found["top3"] is None and found["mean_pose"]["legs"]["drawn"] == 0.0
 
 
 def test_the_table_shows_every_movement(walks):

@@ -34,8 +34,8 @@ def data(tmp_path):
 
 @pytest.fixture
 def quick(bank, monkeypatch, tmp_path):
-    """A tiny network that is `slim`, and little of everything."""
-    (checkpoint.FOLDER / "tiny.safetensors").rename(checkpoint.FOLDER / "slim.safetensors")
+    """A tiny network that is the shipped one, and little of everything."""
+    (checkpoint.FOLDER / "tiny.safetensors").rename(checkpoint.FOLDER / "joints.safetensors")
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
     monkeypatch.setattr(transfer_benchmark, "TRIALS", 2)
     for name, value in {
@@ -43,7 +43,7 @@ def quick(bank, monkeypatch, tmp_path):
         "REAL_SIZE": 6,
         "SAME_CONTENT_SIZE": 2,
         "STEPS": 30,
-        "ROWS": (("full", "offline", 2), ("slim", "offline", 2), ("slim", "live", 2)),
+        "ROWS": (("full", "offline", 2), ("joints", "offline", 2), ("joints", "live", 2)),
     }.items():
         monkeypatch.setattr(report, name, value)
     monkeypatch.setattr(classifier, "STEPS", 30)
@@ -131,7 +131,7 @@ def test_the_report_has_the_promised_form(data, quick):
     result = report.evaluate_transfer(data, progress=progress)
     assert steps["all"] == steps["done"] > 0
     assert set(result.report["real"]) >= {"sra", "cra"}
-    assert [(row["model"], row["mode"]) for row in result.report["rows"]] == [("slim", "offline"), ("slim", "live")]
+    assert [(row["model"], row["mode"]) for row in result.report["rows"]] == [("joints", "offline"), ("joints", "live")]
     for row in result.report["rows"]:
         for name in ("sra", "cra", "fmd", "geodesic", "skate_cm_s", "jitter_ratio", "parameters", "ms_per_frame"):
             assert len(row[name]) == 2 and np.isfinite(row[name]).all()
@@ -151,12 +151,12 @@ def test_the_pictures_are_drawn(data, quick, bank, monkeypatch, tmp_path):
     from stylizer.evaluation import pictures
     from stylizer.styles import bundled_styles
 
-    names = {style: ((f"deep/dataset-1_walk_{style}_000.bvh",), "none") for style in ("proud", "old")}
+    names = {style: (f"deep/dataset-1_walk_{style}_000.bvh",) for style in ("proud", "old")}
     monkeypatch.setattr(bundled_styles, "CLIPS", names)
     monkeypatch.setattr(pictures, "POSES", 2)
     monkeypatch.setattr(pictures, "CONTENT", "deep/dataset-1_walk_normal_001.bvh")
     paths = pictures.save_pictures(tmp_path / "pictures", data)
-    assert {path.stem for path in paths} >= {"content-only", "interpolation", "locality", "style-old"}
+    assert {path.stem for path in paths} >= {"attention-left_leg", "interpolation", "locality", "style-old"}
     assert all(path.stat().st_size > 5000 for path in paths)
     with pytest.raises(ValueError, match="unpack the archives there"):
         pictures.save_pictures(tmp_path / "pictures", tmp_path / "home")

@@ -1,6 +1,7 @@
 """Stylizers by name: the right bank and live stylizer for each, key points on the command line, changing in a running
 session."""
 
+import shutil
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -12,8 +13,9 @@ from demo import cli
 from demo.state.stylizers import Stylizers
 from sim.motion.features import clip_features
 from stylizer.runtime import catalogue
-from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.joint_live import JointStylizer
 from stylizer.runtime.whole_body_live import WholeBodyStylizer
+from stylizer.styles import bank as bank_module
 from stylizer.styles import code_bank
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.code_bank import CodeBank
@@ -25,36 +27,45 @@ from tests.support.walker import walking_clip
 
 @pytest.fixture
 def package(bank, tmp_path, monkeypatch):
-    """A package with two stylizers: a tiny Motion Puzzle called `slim` and a tiny `unpaired`; the user has no styles
-    yet."""
+    """A package with two stylizers: a tiny Motion Puzzle called `joints`, as the shipped one, and a tiny `unpaired`;
+    the user has no styles yet."""
     torch.manual_seed(0)
     model = unpaired.Unpaired(
         replace(unpaired.CONFIGS["unpaired"], content=(8, 8), style=(8, 8), code=8, taps=3, labels=("old 1", "sad 1"))
     )
     features = clip_features(walking_clip())
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
-    (checkpoint.FOLDER / "tiny.safetensors").rename(checkpoint.FOLDER / "slim.safetensors")
+    (checkpoint.FOLDER / "tiny.safetensors").rename(checkpoint.FOLDER / "joints.safetensors")
     checkpoint.save(model, checkpoint.FOLDER / "unpaired.safetensors", licence="none")
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
-    for kind in (StyleBank, CodeBank):
-        monkeypatch.setattr(
-            kind.__init__, "__defaults__", (*kind.__init__.__defaults__[:-2], tmp_path / "styles", None)
-        )
-    monkeypatch.setattr(code_bank, "BUNDLED", tmp_path / "styles")
+    (tmp_path / "styles" / "tiny").rename(tmp_path / "styles" / "joints")
+    monkeypatch.setattr(bank_module, "BUNDLED", tmp_path / "styles")
     code_bank.build_codes("unpaired", checkpoint.FOLDER, tmp_path, tmp_path / "styles")
     return tmp_path
 
 
 def test_each_name_has_its_bank_and_its_live_stylizer(package):
-    assert catalogue.names() == ("slim", "unpaired")
+    assert checkpoint.names() == ("joints", "unpaired")
     assert (
-        type(catalogue.load_bank()) is type(catalogue.load_bank("slim")) is StyleBank
+        type(catalogue.load_bank()) is type(catalogue.load_bank("joints")) is StyleBank
         and type(catalogue.load_bank("unpaired")) is CodeBank
     )
-    assert type(catalogue.from_pretrained()) is LiveStylizer
+    assert type(catalogue.from_pretrained()) is JointStylizer
     assert type(catalogue.from_pretrained("unpaired")) is WholeBodyStylizer
-    with pytest.raises(ValueError, match="no stylizer weights at .*; there are slim, unpaired"):
+    with pytest.raises(ValueError, match="no stylizer weights at .*; there are joints, unpaired"):
         catalogue.load_bank("absent")
+
+
+def test_weights_and_styles_of_a_training_run_are_taken_from_its_folder(package):
+    run = package / "run"
+    shutil.copytree(package / "styles" / "joints", run / catalogue.STYLES / "joints")
+    shutil.move(checkpoint.FOLDER / "joints.safetensors", run)
+    with pytest.raises(ValueError, match="no stylizer weights"):
+        catalogue.load_bank("joints")
+    bank = catalogue.load_bank("joints", run)
+    assert bank.names == ("neutral", "other") and bank.controller == CONTROLLER, "of the package's own motion"
+    with pytest.raises(ValueError, match="only weights of Motion Puzzle are taken from a folder"):
+        catalogue.load_bank("unpaired", checkpoint.FOLDER)
 
 
 def test_codes_of_other_weights_are_refused(package):
@@ -104,7 +115,7 @@ def test_the_window_goes_through_the_stylizers_and_back(package, walk_file, monk
     with pytest.raises(ValueError, match="clips only"):
         stylizers.resample()
     session.stylizer.bank.add("learned", walk_file)
-    assert stylizers.next() == "slim" and session.stylizer is first and "learned" in first.styles
-    monkeypatch.setattr(catalogue, "names", lambda: ("slim",))
+    assert stylizers.next() == "joints" and session.stylizer is first and "learned" in first.styles
+    monkeypatch.setattr(checkpoint, "names", lambda: ("joints",))
     with pytest.raises(ValueError, match="no other stylizer"):
         stylizers.next()

@@ -12,6 +12,8 @@ from sim.body.skeleton import PARTS
 from sim.math import rotations as rot
 from sim.motion.clip import root_frame
 from sim.motion.feature_window import RingBuffer
+from stylizer.runtime.catalogue import make_stylizer
+from stylizer.runtime.decoder_live import DecoderStylizer
 from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.pose_delta import unwrap
 from stylizer.runtime.style_mixer import BODY, StyleMixer
@@ -29,7 +31,7 @@ def walk():
 
 def stream(bank, walk, style, turn=0):
     """Styled poses; style is a mapping, or a function of the frame. turn: asked for as one of a crowd is."""
-    stylizer, history, styled = LiveStylizer(bank), RingBuffer(), []
+    stylizer, history, styled = make_stylizer(bank), RingBuffer(), []
     stylizer.mixers = [StyleMixer(LiveStylizer.PERIOD, turn)]
     for frame, pose in enumerate(walk):
         history.push(pose)
@@ -43,7 +45,7 @@ def turn(a, b):
 
 
 def test_a_restarted_stylizer_is_a_new_one_bit_for_bit(bank, walk):
-    stylizer, streams = LiveStylizer(bank), []
+    stylizer, streams = make_stylizer(bank), []
     for _ in range(2):
         stylizer.restart()
         history, styled = RingBuffer(), []
@@ -137,16 +139,16 @@ def test_a_share_that_changes_glides(bank, walk):
     assert turn(changing[89], pure[0][89])[13:17].max() < 0.1 * apart
 
 
-def test_the_decoder_is_asked_every_fourth_frame_and_at_once_for_another_style(bank, walk, monkeypatch):
-    asked, ask = [], LiveStylizer._decoder
-    monkeypatch.setattr(LiveStylizer, "_decoder", lambda self, *asking: asked.append(frame[0]) or ask(self, *asking))
+def test_the_decoder_is_asked_every_fourth_frame_and_at_once_for_another_style(decoder_bank, walk, monkeypatch):
+    asked, ask = [], DecoderStylizer._decode
+    monkeypatch.setattr(DecoderStylizer, "_decode", lambda self, *asking: asked.append(frame[0]) or ask(self, *asking))
     frame = [0]
 
     def worn(index):
         frame[0] = index
         return {} if index == 12 else {"spine": ("other" if index < 7 else "neutral", 1.0)}
 
-    stream(bank, walk[:12], worn)
+    stream(decoder_bank, walk[:12], worn)
     assert asked == [0, 4, 7, 11]
 
 
@@ -178,7 +180,7 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
         lambda frame: {"left_leg": ("other", 1.0), "right_leg": ("other", 1.0)} if frame > 10 else {},
         lambda frame: {"left_arm": ("neutral", 1.0, "other", 0.5)} if 5 < frame < 25 else {},
     ]
-    stylizer, history, together = LiveStylizer(bank).crowd(len(wears)), RingBuffer(), []
+    stylizer, history, together = make_stylizer(bank).crowd(len(wears)), RingBuffer(), []
     for frame, pose in enumerate(walk[:60]):
         poses = Pose.stacked([pose] * len(wears))
         history.push(poses)
@@ -188,14 +190,14 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
             np.testing.assert_allclose(poses.positions[one], pose.positions, atol=1e-4)
 
 
-def test_a_part_of_a_crowd_is_asked_for_in_every_frame(bank, walk, monkeypatch):
-    asked, ask = [], LiveStylizer._decoder
+def test_a_part_of_a_crowd_is_asked_for_in_every_frame(decoder_bank, walk, monkeypatch):
+    asked, ask = [], DecoderStylizer._decode
     monkeypatch.setattr(
-        LiveStylizer,
-        "_decoder",
+        DecoderStylizer,
+        "_decode",
         lambda self, windows, ones, which: asked.append(ones) or ask(self, windows, ones, which),
     )
-    stylizer, history = LiveStylizer(bank).crowd(4), RingBuffer()
+    stylizer, history = make_stylizer(decoder_bank).crowd(4), RingBuffer()
     for frame, pose in enumerate(walk[:9]):
         poses = Pose.stacked([pose] * 4)
         history.push(poses)
@@ -208,24 +210,23 @@ def test_another_bank_that_takes_over_wears_its_own_styles_under_the_same_names(
     class Other:
         """The same styles, two of them under each other's name."""
 
-        model, names, refresh = bank.model, bank.names, lambda self: None
+        model, system, names, refresh = bank.model, bank.system, bank.names, lambda self: None
 
         def __getitem__(self, name):
             return bank[{"other": "neutral", "neutral": "other"}[name]]
 
-    stylizer, history = LiveStylizer(bank), RingBuffer()
+    stylizer, history = make_stylizer(bank), RingBuffer()
     for frame, pose in enumerate(walk[:12]):
         if frame == 8:
-            before, stylizer = stylizer, LiveStylizer(Other())
+            before, stylizer = stylizer, make_stylizer(Other())
             stylizer.transfer_state(before)
         history.push(pose)
         stylizer.step(history.window(), pose, {"spine": ("other", 1.0)})
     mixer, spine = stylizer.mixers[0], list(PARTS).index("spine")
     ours, theirs = (bank[name].at(mixer.root_velocities[BODY]) for name in ("neutral", "other"))
     (style,) = mixer.styles(stylizer.bank)
-    for level, part in style.items():
-        assert torch.equal(part.bias[spine], ours[level].bias[spine])
-        assert not torch.equal(part.bias[spine], theirs[level].bias[spine])
+    assert torch.equal(style["mean"][spine], ours["mean"][spine])
+    assert not torch.equal(style["mean"][spine], theirs["mean"][spine])
 
 
 # ---- the own style ------------------------------------------------------------------------
@@ -319,7 +320,7 @@ def paced(bank):
             movements=("walk",), root_velocities=np.array([[0.0, 0.6, 0.0]]), cadences=np.array([0.8])
         ),
     )
-    stylizer = LiveStylizer(bank)
+    stylizer = make_stylizer(bank)
     speed, rate = bank["slow"].gait.pace_of("walk", bank["neutral"].gait)
     return stylizer, np.array([speed / 1.3, rate])
 

@@ -10,9 +10,9 @@ from safetensors.torch import save_file
 
 from sim.io import bvh
 from sim.motion.features import clip_features
-from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.catalogue import make_stylizer
 from stylizer.styles import own_style, style_file
-from stylizer.styles.bank import StyleBank
+from stylizer.styles.bank import StyleBank, own_motion_file
 from stylizer.styles.style_clips import style_windows
 from stylizer.systems import checkpoint
 from tests.stylizer.conftest import CONTROLLER, own_motion
@@ -22,7 +22,7 @@ from tests.support.walker import CYCLE, SPEED, planted_clip, walking_clip
 def same(a, b):
     """Whether two styles are equal to the last bit, features and gait."""
     gaits = zip(a.gait, b.gait)
-    return all(torch.equal(x, y) for level in a.features for x, y in zip(a.features[level], b.features[level])) and all(
+    return all(torch.equal(values, b.features[name]) for name, values in a.features.items()) and all(
         np.array_equal(x, y) if isinstance(x, np.ndarray) else x == y for x, y in gaits
     )
 
@@ -98,7 +98,7 @@ def test_names_made_from_a_file_s(bank, file, name):
 
 
 def test_a_file_learned_twice_loses_nothing(bank, walk_file):
-    stylizer = LiveStylizer(bank)
+    stylizer = make_stylizer(bank)
     first, clip = stylizer.learn(walk_file)
     kept = (bank.user / "walk.safetensors").read_bytes()
     assert first == "walk" and len(clip) == len(walking_clip())
@@ -126,33 +126,34 @@ def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, w
     before = bank["mine"]
     model, _ = checkpoint.load("tiny")
     with torch.no_grad():
-        model.style_encoder.stem.weight.mul_(2)
+        model.moments.code.weight.mul_(2)
     checkpoint.save(model, checkpoint.FOLDER / "tiny.safetensors")
     with pytest.raises(
         ValueError, match="neutral.safetensors was computed for other weights of stylizer or controller"
     ):
         again(bank)
-    own_style.write_own_style(bank.bundled, bank.own_motion, *checkpoint.load("tiny"))
+    own_style.write_own_style(bank.bundled / "tiny", bank.own_motion, *checkpoint.load("tiny"))
     with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
         again(bank)
-    (bank.bundled / "other.safetensors").unlink()
+    (bank.bundled / "tiny" / "other.safetensors").unlink()
     renewed = again(bank)
     assert not same(renewed["mine"], before)
     assert same(again(bank)["mine"], renewed["mine"]), "what was computed anew is kept"
 
 
 def test_another_controllers_own_style_refits_the_users_styles(bank, walk_file):
-    """Their key poses are fitted to its strides; the bundled ones are refused, for no file of theirs holds their
+    """Their tokens are fitted to its strides; the bundled ones are refused, for no file of theirs holds their
     motion."""
     bank.add("mine", walk_file)
     before = bank["mine"]
     features = clip_features(walking_clip())
     features[..., :9] *= 1.2
     moving_more = own_motion(features, controller="another")
-    own_style.write_own_style(bank.bundled, moving_more, bank.model, bank.fingerprint)
+    style_file.write_own_motion(own_motion_file(bank.bundled), moving_more)
+    own_style.write_own_style(bank.bundled / "tiny", moving_more, bank.model, bank.fingerprint)
     with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
         again(bank)
-    (bank.bundled / "other.safetensors").unlink()
+    (bank.bundled / "tiny" / "other.safetensors").unlink()
     renewed = again(bank)
     header, _ = checkpoint.read(bank.user / "mine.safetensors")
     assert renewed.controller == header["controller"] == "another" and not same(renewed["mine"], before)
@@ -193,7 +194,7 @@ def test_a_users_style_of_the_former_format_is_read_and_written_anew(bank):
     np.testing.assert_array_equal(style_file.read_windows(tensors)[0], windows.astype(np.float16))
     gait = first["limp"].gait
     assert gait.movements == ("walk",) and gait.root_velocities[0] == pytest.approx((0, SPEED, 0), abs=0.02)
-    assert all(torch.isfinite(t).all() for part in first["limp"].features.values() for t in part)
+    assert all(torch.isfinite(values).all() for values in first["limp"].features.values())
 
 
 def test_a_style_of_the_former_format_without_motion_is_refused_in_a_sentence(bank):
@@ -220,14 +221,14 @@ def test_several_files_make_one_style_that_knows_what_each_shows(bank, tmp_path)
     assert gait.movements == ("walk", "stand") and gait.cadences == pytest.approx([60 / CYCLE, 0.0], abs=1e-3)
     assert same(bank["mine"], again(bank)["mine"])
     ours = [bank["mine"].at(velocity) for velocity in gait.root_velocities]
-    for level, part in ours[0].items():
-        assert torch.equal(part.scale[:, 0], bank["mine"].features[level].scale[:, 0])
-        assert torch.equal(ours[1][level].scale[:, 0], bank["mine"].features[level].scale[:, 1])
+    for name, values in bank["mine"].features.items():
+        for place, style in enumerate(ours):
+            assert torch.equal(style[name][:, 0], values[:, place])
 
 
 def test_the_bundled_styles_and_the_own_style_are_of_one_controller(bank):
     """One file that was left behind is enough to be refused."""
     assert again(bank).controller == CONTROLLER
-    rewritten(bank.bundled / "other.safetensors", controller="another")
+    rewritten(bank.bundled / "tiny" / "other.safetensors", controller="another")
     with pytest.raises(ValueError, match="other.safetensors was computed for other weights of stylizer or controller"):
         again(bank)

@@ -16,12 +16,11 @@ from sim.motion.clip import FPS
 from sim.motion.features import LAYOUT, STRIDE
 from sim.motion.gait import cadence, movement_of, stride_phase
 from sim.session import Session, check_own_style
-from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.catalogue import make_stylizer
 from stylizer.styles import own_style
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.own_style import FORWARD, OWN, SECONDS, capture, capture_motion, walk_command
 from stylizer.styles.style_clips import WINDOW
-from stylizer.systems.motion_puzzle.config import KEY_POSES
 
 LATER = 4.5  # seconds after the ten that were captured began, in which the fresh ones begin
 AT_A_MOVEMENT, IN_BETWEEN = 3.0, 6.0  # degrees that a joint's mean rotation may be off
@@ -58,12 +57,9 @@ def root_velocity(features: np.ndarray) -> np.ndarray:
 
 def mean_rotations(bank: StyleBank, velocity: np.ndarray) -> np.ndarray:
     """(21, 4) the mean rotation of every joint in the own style, as it is taken off a motion of that root velocity."""
-    model, poses = bank.model, bank.model.key_poses
-    mean, deviation = (values[:, 0, 0] for values in (model.mean, model.deviation))
-    way = (torch.from_numpy(velocity.astype(np.float32)) - mean[0, LAYOUT["root"]]) / deviation[0, LAYOUT["root"]]
-    with torch.inference_mode():
-        held, _ = poses.pose_statistics(bank[OWN].at(velocity)[KEY_POSES], way[None])
-        held = poses.parts.join(held.unflatten(2, (-1, 12)).transpose(1, 2))[:, 0] * deviation[:, :12] + mean[:, :12]
+    model = bank.model
+    held = model.parts.join(bank[OWN].at(velocity)["mean"].unflatten(2, (-1, 12)).transpose(1, 2))[:, 0]
+    held = held * model.deviation[:, 0, 0, :12] + model.mean[:, 0, 0, :12]
     return rot.from_6d(held.double().numpy()[:, LAYOUT["rotation"]])
 
 
@@ -210,7 +206,7 @@ def test_a_session_refuses_the_own_style_of_another_controller(monkeypatch):
 
 
 def test_a_session_of_models_that_do_not_belong_together_is_refused(bank, controller):
-    stylizer = LiveStylizer(bank)
+    stylizer = make_stylizer(bank)
     assert Session(controller, stylizer).stylizer is stylizer
     other = copy.copy(controller)
     other.fingerprint = "another"

@@ -10,7 +10,6 @@ import torch
 from sim.motion.clip import FPS, Clip
 from sim.motion.features import clip_features
 from sim.motion.gait import cycle_at, stride_phase
-from stylizer.networks.layers import BlockFeatures
 from stylizer.styles.style_clips import (
     BODY,
     MANY,
@@ -25,7 +24,6 @@ from stylizer.styles.style_clips import (
     single_clip,
     style_windows,
 )
-from stylizer.systems.motion_puzzle.config import KEY_POSES
 from tests.support.walker import CYCLE, SPEED, planted_clip, walking_clip
 
 VELOCITIES = {
@@ -110,42 +108,29 @@ def test_who_runs_listens_to_runs_though_a_walk_is_nearer():
 def style(count: int) -> StyleClips:
     rng = np.random.default_rng(1)
 
-    def part(*shapes):
-        return BlockFeatures(
-            *(torch.from_numpy(rng.normal(size=(5, count, *shape)).astype(np.float32)) for shape in shapes)
-        )
-
-    velocities = dict(list(VELOCITIES.items())[:count])
-    return StyleClips(
-        {KEY_POSES: part((7,), (9,), (0, 3), (0, 3)), 2: part((4,), (4,), (6, 4), (6, 5))}, gait_of(velocities)
-    )
+    shapes = {"scale": (7,), "bias": (9,), "keys": (6, 4), "values": (6, 5), "none": (0, 3)}
+    features = {
+        name: torch.from_numpy(rng.normal(size=(5, count, *shape)).astype(np.float32)) for name, shape in shapes.items()
+    }
+    return StyleClips(features, gait_of(dict(list(VELOCITIES.items())[:count])))
 
 
 def test_a_style_at_a_clips_velocity_is_that_clip_to_the_last_bit():
     clips = style(4)
     for place, velocity in enumerate(clips.gait.root_velocities):
-        for level, part in clips.at(velocity).items():
-            for ours, theirs in zip(part, clips.features[level], strict=True):
-                assert ours.shape == (5, 1, *theirs.shape[2:]) and torch.equal(ours[:, 0], theirs[:, place])
+        for name, ours in clips.at(velocity).items():
+            theirs = clips.features[name]
+            assert ours.shape == (5, 1, *theirs.shape[2:]) and torch.equal(ours[:, 0], theirs[:, place])
 
 
-@pytest.mark.parametrize("key_poses", [True, False])
-def test_in_between_it_is_the_mean_by_weights_for_one_velocity_or_many(key_poses):
-    """Of a network with key poses those; its other levels are the nearest clip's. Of one without, all levels."""
+def test_in_between_it_is_the_mean_by_weights_for_one_velocity_or_many():
     clips, velocities = style(5), np.random.default_rng(3).uniform(-1, 2, (6, 3))
-    if not key_poses:
-        clips = replace(clips, features={level + 1: part for level, part in clips.features.items()})
     together = clips.at(velocities)
     for place, (velocity, weights) in enumerate(zip(velocities, clips.gait.weights(velocities))):
-        for level, part in clips.at(velocity).items():
-            for one, many, theirs in zip(part, together[level], clips.features[level], strict=True):
-                assert torch.allclose(one[:, 0], many[:, place], atol=1e-5)
-                if key_poses and level != KEY_POSES:
-                    assert torch.equal(one[:, 0], theirs[:, int(weights.argmax())])
-                else:
-                    assert np.allclose(
-                        one[:, 0], np.tensordot(theirs.double().numpy(), weights, axes=(1, 0)), atol=1e-5
-                    )
+        for name, one in clips.at(velocity).items():
+            assert torch.allclose(one[:, 0], together[name][:, place], atol=1e-5)
+            wanted = np.tensordot(clips.features[name].double().numpy(), weights, axes=(1, 0))
+            assert np.allclose(one[:, 0], wanted, atol=1e-5)
 
 
 def test_codes_are_interpolated_alike():
@@ -163,9 +148,7 @@ def test_a_style_of_one_clip_is_the_same_everywhere():
     clips = single_clip(one, features)
     assert clips.gait.root_velocities[0] == pytest.approx((0, SPEED, 0), abs=0.02)
     for velocity in ((0, 0, 0), (0, 3.5, 0), (-1, 0, 1)):
-        assert all(
-            torch.equal(a, b) for level in one for a, b in zip(clips.at(np.array(velocity, float))[level], one[level])
-        )
+        assert all(torch.equal(values, one[name]) for name, values in clips.at(np.array(velocity, float)).items())
     assert torch.equal(single_clip(torch.ones(8), features).at(np.ones(3)), torch.ones(8))
 
 
@@ -173,8 +156,8 @@ def test_the_main_clip_is_the_first():
     clips = style(4)
     first = main_clip(clips)
     assert first.gait.movements == ("stand",) and first.gait.root_velocities.shape == (1, 3)
-    for level, part in first.at(np.array([0, 3.0, 0])).items():
-        assert all(torch.equal(a[:, 0], b[:, 0]) for a, b in zip(part, clips.features[level]))
+    for name, values in first.at(np.array([0, 3.0, 0])).items():
+        assert torch.equal(values[:, 0], clips.features[name][:, 0])
 
 
 # ---- what a clip shows --------------------------------------------------------------------

@@ -20,13 +20,13 @@ from stylizer.evaluation.playback import Styles, play_live
 from stylizer.networks.blocks import BODY, ROOTED, AdaIN, DomainHead, InstanceNorm, ResBlock, by_joint, whole
 from stylizer.runtime.global_motion import change_global_motion, follow_predicted_root
 from stylizer.runtime.offline import ResolvedStyle, encode_clip, resolve_styles, stylize, to_pose
+from stylizer.styles import bank as bank_module
 from stylizer.styles import code_bank
-from stylizer.styles.bank import BUNDLED
+from stylizer.styles.bank import own_motion_file
 from stylizer.styles.code_bank import CodeBank, build_codes
 from stylizer.styles.keypoints_2d import TORSO
-from stylizer.styles.own_style import OWN
-from stylizer.styles.style_clips import Gait, StyleClips
-from stylizer.styles.style_file import read_checked, read_own_motion, read_windows, write
+from stylizer.styles.style_clips import Gait, OwnMotion
+from stylizer.styles.style_file import read_checked, read_own_motion, read_windows, write_own_motion
 from stylizer.systems import checkpoint, diverse, latent, unpaired
 from stylizer.systems.registry import SYSTEMS
 from stylizer.systems.whole_body import combine_joints, complete_features, joints_by_code
@@ -261,18 +261,12 @@ def poses():
 @pytest.fixture(scope="module")
 def own_file(tmp_path_factory):
     """What the package keeps of the controller's motion, but for three movements only."""
-    motion = read_own_motion(BUNDLED / f"{OWN}.safetensors")
+    motion = read_own_motion(own_motion_file())
     few = [motion.gait.movements.index(name) for name in ("stand", "walk_1.3", "run_3.0")]
     gait = Gait(tuple(motion.gait.movements[i] for i in few), *(values[few] for values in motion.gait[1:-1]), None)
-    path = tmp_path_factory.mktemp("own") / f"{OWN}.safetensors"
-    write(
-        path,
-        OWN,
-        StyleClips({}, gait),
-        {"controller": motion.controller, "weights": "those of another network"},
-        [motion.windows[i] for i in few],
-        phases=np.concatenate([motion.phases[i] for i in few]),
-    )
+    path = own_motion_file(tmp_path_factory.mktemp("own"))
+    own = OwnMotion([motion.windows[i] for i in few], [motion.phases[i] for i in few], gait, motion.controller)
+    write_own_motion(path, own)
     return path
 
 
@@ -290,7 +284,7 @@ def bank(request, tmp_path, monkeypatch, walk_file, own_file):
     checkpoint.save(model, checkpoint.FOLDER / f"{request.param}.safetensors", licence="none")
     (tmp_path / "styles").mkdir()
     shutil.copy(own_file, tmp_path / "styles")
-    monkeypatch.setattr(code_bank, "BUNDLED", tmp_path / "styles")
+    monkeypatch.setattr(bank_module, "BUNDLED", tmp_path / "styles")
     build_codes(request.param, checkpoint.FOLDER, tmp_path, tmp_path / "styles")
     bank = CodeBank(request.param, tmp_path / "styles", tmp_path / "user")
     bank.add("limp", walk_file)

@@ -3,6 +3,7 @@ network."""
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -15,7 +16,7 @@ import torch
 from sim.io import bvh
 from sim.motion.features import clip_features
 from stylizer.data.dataset import MotionData, PackedClip, pack
-from stylizer.styles.bank import StyleBank
+from stylizer.styles.bank import StyleBank, own_motion_file
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.motion_puzzle.objective import OURS, RECIPES
@@ -104,7 +105,7 @@ def test_training_writes_weights_curve_and_the_neutral_style(folder, tmp_path, m
     assert (tmp_path / "out" / "curve.csv").read_text().startswith("step,minutes,reconstruction")
     assert (tmp_path / "out" / "curve.png").exists()
     checkpoint.load("tiny", tmp_path / "out")
-    # what the live loop needs
+    shutil.copy(own_motion_file(), tmp_path / "out" / "styles")  # where the package's lies
     assert StyleBank("tiny", tmp_path / "out" / "styles", tmp_path / "user").names == ("neutral",)
     steps, curve = int(header["steps"]) + 2, (tmp_path / "out" / "curve.csv").read_text()
     training.train(folder, tmp_path / "out", steps=steps, resume=True, network="tiny", recipe="small")
@@ -129,7 +130,7 @@ def test_resuming_without_a_checkpoint_is_refused(folder, tmp_path):
     "wrong, message",
     [
         ({"network": "huge"}, "there is no network 'huge': use one of full, paper_slim"),
-        ({"recipe": "magic"}, "there is no recipe 'magic': use one of paper, ours"),
+        ({"network": "slim", "recipe": "magic"}, "there is no recipe 'magic': use one of paper, ours"),
     ],
 )
 def test_unknown_networks_and_recipes_are_refused(folder, tmp_path, wrong, message):

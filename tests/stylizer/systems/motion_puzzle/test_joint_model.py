@@ -13,22 +13,25 @@ from sim.math import rotations as rot
 from sim.motion.clip import root_frame
 from sim.motion.feature_window import RingBuffer
 from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features
+from sim.motion.gait import gait_distance, with_run
 from stylizer.data.dataset import MotionData, PackedClip
 from stylizer.runtime.joint_live import JointStylizer
 from stylizer.runtime.offline import ResolvedStyle, encode_clip, stylize
 from stylizer.styles.encoding import encode_clips, encode_own
 from stylizer.styles.joint_tokens import AHEAD, TOKENS
 from stylizer.styles.style_clips import Gait, Movement, style_windows
-from stylizer.systems.motion_puzzle.joint_config import CONFIGS, JOINT_PUZZLE, JOINTS
+from stylizer.systems.motion_puzzle import joint_model
+from stylizer.systems.motion_puzzle.joint_config import CONFIGS, JOINT_PUZZLE
 from stylizer.systems.motion_puzzle.joint_inference import FastJointInference, TorchJointInference, to_joint_inference
 from stylizer.systems.motion_puzzle.joint_model import BODY, JointPuzzle
 from stylizer.systems.motion_puzzle.joint_objective import RECIPE
-from stylizer.systems.motion_puzzle.style_tensors import stack_parts
+from stylizer.systems.motion_puzzle.style_tensors import expand_batch, stack_parts
 from stylizer.training import train_joints, trainer
 from tests.stylizer.conftest import movement, own_motion
 from tests.support.walker import SPEED, walking_clip
 
 OTHER = 0.3 * np.random.default_rng(0).normal(size=(21, 15))
+OTHER[:, LAYOUT["root"]] = 0.0
 GOING = np.array([[0.0, SPEED, 0.0]])
 
 
@@ -76,6 +79,14 @@ def test_the_numpy_twin_says_the_same(model, own, other, windows):
     np.testing.assert_allclose(fast, plain, atol=1e-5)
 
 
+def test_how_far_gaits_are_apart_is_the_same_of_arrays_and_of_tensors():
+    gaits = with_run(np.random.default_rng(2).normal(size=(40, 3)) * [1.0, 2.0, 1.0])
+    of_tensors = joint_model.gait_distance(torch.from_numpy(gaits[:20]), torch.from_numpy(gaits[20:]))
+    np.testing.assert_allclose(of_tensors, gait_distance(gaits[:20], gaits[20:]), atol=1e-9)
+    going = torch.from_numpy(gaits[:, :3])
+    np.testing.assert_allclose(joint_model.run_share(going)[:, 0], gaits[:, 3], atol=1e-9)
+
+
 def test_what_is_found_is_the_style_s_stride_by_the_time_it_is_drawn(model, own, other, windows, features):
     frames = np.arange(60, 200, 7)
     coming = frames + AHEAD * 60
@@ -84,10 +95,7 @@ def test_what_is_found_is_the_style_s_stride_by_the_time_it_is_drawn(model, own,
         FastJointInference(model).restyle(
             windows,
             GOING.repeat(len(windows), axis=0),
-            *(
-                {JOINTS: type(s[JOINTS])(*(t.expand(-1, len(windows), *t.shape[2:]) for t in s[JOINTS]))}
-                for s in styles
-            ),
+            *(expand_batch(style, len(windows)) for style in styles),
         ),
         (2 * features - features.mean(axis=0) + OTHER, features),
     ):
@@ -123,8 +131,8 @@ def test_who_stands_makes_no_steps(model, own, other, windows):
 def test_tokens_of_what_makes_no_strides_are_samples_of_it(model):
     still = np.tile(OTHER, (120, 1, 1))
     clip = Movement("stand", style_windows(still), still, (0.0, 2.0))
-    tokens = encode_clips(model, [clip.windows], Gait.of([clip])).features[JOINTS]
-    assert tokens.keys.shape[2] == TOKENS and np.abs(tokens.values.numpy()).max() < 1e-5
+    tokens = encode_clips(model, [clip.windows], Gait.of([clip])).features
+    assert tokens["keys"].shape[2] == TOKENS and np.abs(tokens["values"].numpy()).max() < 1e-5
 
 
 class Styles:
