@@ -21,25 +21,25 @@ from sim.command import Command
 from sim.motion.clip import FPS
 from sim.session import Session
 from sim.style_spec import StyleSpec
-from stylizer.runtime import catalogue
+from stylizer.systems import checkpoint
 
 FOLDER = Path(__file__).parents[1] / "pictures"
 STRIP_SIZE = (250, 360)  # pixels of each walker
 STRIP_FRAMES = 204  # of a straight walk; the moment is chosen so that the step is wide
 STRIP_DISTANCE = 2.7  # metres from the camera
-# The styles of each walker of the strip: part or group -> style.
+# The styles of each walker of the strip, all of permissive motion: part or group -> style.
 STRIP: tuple[dict[str, str], ...] = (
     {},
-    {"all": "old"},
-    {"all": "proud"},
-    {"all": "childish"},
+    {"all": "zombie"},
+    {"all": "crouching"},
+    {"all": "strutting"},
     {"all": "marching"},
-    {"legs": "old", "spine": "proud", "arms": "marching"},
+    {"legs": "zombie", "spine": "leaning", "arms": "marching"},
 )
 SYSTEM_SIZE = (220, 280)
 SYSTEM_STRIP: tuple[dict[str, str], ...] = (
     {},
-    *({"all": style} for style in ("old", "proud", "childish", "giant", "hunched")),
+    *({"all": style} for style in ("zombie", "prowling", "strutting", "marching", "hunched")),
 )
 
 WINDOW_SIZE = (1280, 720)
@@ -51,10 +51,10 @@ GIF_START = 150  # frames of walking before the first picture
 # Frames after the first picture -> what is put on then.
 GIF_STYLES: dict[int, dict[str, str]] = {
     0: {},
-    45: {"legs": "old"},
-    95: {"spine": "proud"},
-    145: {"arms": "marching"},
-    205: {"all": "childish"},
+    45: {"legs": "marching"},
+    95: {"spine": "leaning"},
+    145: {"arms": "zombie"},
+    205: {"all": "prowling"},
 }
 GIF_FRAMES = 270
 GIF_WALK = (-0.3, 0.95)  # the stick
@@ -78,7 +78,7 @@ def strip() -> None:
 def systems() -> None:
     """systems.png: the same step in the same styles, as each stylizer of the package has them, one a row."""
     with open_window(SYSTEM_SIZE, visible=False) as window:
-        rows = [[_walker(window, parts, name) for parts in SYSTEM_STRIP] for name in catalogue.names()]
+        rows = [[_walker(window, parts, name) for parts in SYSTEM_STRIP] for name in checkpoint.names()]
         _save("systems.png", np.concatenate([np.concatenate(row, axis=1) for row in rows], axis=0))
 
 
