@@ -47,6 +47,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--stylizer", metavar="NAME", help="live only: another stylizer than the one that is used unless named"
     )
     parser.add_argument(
+        "--movements",
+        nargs="+",
+        metavar="NAME",
+        help="live only: these movements alone, such as walk_1.3 run_3.0 back, instead of all",
+    )
+    parser.add_argument(
         "--all",
         action="store_true",
         help="stylizer only: every system whose weights are there in one table, with 95%% intervals",
@@ -112,12 +118,15 @@ def _live(args: argparse.Namespace) -> int:
             "name a folder that holds Bandai-Namco's and SNU's with --data"
         )
     from demo.assemble import build_session
-    from stylizer.evaluation.live_benchmark import evaluate_live, format_table
+    from stylizer.evaluation.live_benchmark import MOVEMENTS, evaluate_live, format_table
     from stylizer.evaluation.report import round_figures
 
+    names = args.movements or list(MOVEMENTS)
+    if unknown := [name for name in names if name not in MOVEMENTS]:
+        raise ValueError(f"there is no movement '{unknown[0]}': use some of {', '.join(MOVEMENTS)}")
     session = build_session(args.stylizer, weights=args.weights)
     with _bar(args.model, "step") as progress:
-        result = evaluate_live(session, args.data, progress)
+        result = evaluate_live(session, args.data, progress, {name: MOVEMENTS[name] for name in names})
     print(format_table(result.report), flush=True)
     if args.json:
         _write(args.json, round_figures(result.report))
@@ -219,6 +228,8 @@ def _check(args: argparse.Namespace) -> None:
         raise ValueError("--all compares stylizers: leave it out for the others")
     if args.stylizer and args.model != "live":
         raise ValueError("--stylizer chooses whose live motion is measured: leave it out for other models")
+    if args.movements and args.model != "live":
+        raise ValueError("--movements chooses what is measured live: leave it out for other models")
     if args.all and args.plots:
         raise ValueError("--all draws no pictures: leave --plots out")
     if args.data and not args.data.is_dir():
