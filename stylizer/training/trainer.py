@@ -91,10 +91,12 @@ class Trainer:
         self.optimizer.param_groups[0]["lr"] = self.recipe.learning_rate * learning_rate_at(progress)
         size, late = self.recipe.batch, progress > DECAY_FROM
         terms = self._losses(self.objective, self.sampler.batch(size), draw_mixing(self.sampler.random, size), late)
-        self.optimizer.zero_grad(set_to_none=True)
-        self._total(terms).backward()
-        torch.nn.utils.clip_grad_norm_(self.model.parameters(), 1.0)
-        self.optimizer.step()
+        total = self._total(terms)
+        if total.requires_grad:  # BP-AdaIN of joints alone reads statistics: nothing of it is learned
+            self.optimizer.zero_grad(set_to_none=True)
+            total.backward()
+            torch.nn.utils.clip_grad_norm_(self.model.parameters(), 1.0)
+            self.optimizer.step()
         return self._counted(terms, start)
 
     def _total(self, terms: dict[str, torch.Tensor]) -> torch.Tensor:

@@ -186,6 +186,16 @@ def test_a_clip_is_restyled_and_comes_back_in_its_own_style(model, features):
     assert np.abs(styled.rotations - clip.rotations).max() > 0.05
 
 
+def test_without_attention_there_is_nothing_to_learn_and_training_says_its_losses(features, monkeypatch):
+    monkeypatch.setattr(train_joints, "RECIPE", replace(RECIPE, batch=3))
+    monkeypatch.setattr(trainer, "HELD_OUT_BATCHES", 1)
+    data = MotionData(features.astype(np.float32), [PackedClip("a", "a", 0, len(features), 1.0)], {})
+    run = train_joints.JointTrainer(data, "joints_no_attention")
+    before = [parameter.clone() for parameter in run.model.parameters()]
+    assert set(run.update(0.0)) == set(RECIPE.weights) and run.step == 1
+    assert all(torch.equal(a, b) for a, b in zip(before, run.model.parameters()))
+
+
 @pytest.mark.parametrize("network", ["joints", "joints_half_second"])
 def test_training_reaches_every_weight_and_resumes_exactly(network, features, monkeypatch, tmp_path):
     monkeypatch.setattr(train_joints, "RECIPE", replace(RECIPE, batch=3))
