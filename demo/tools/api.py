@@ -10,7 +10,6 @@ from typing import Any, Callable
 import patchwalk
 
 FILE = Path(__file__).parents[2] / "docs" / "API.md"
-PLAIN = (int, float, str, tuple, type(None))  # defaults that are shown as they are
 HEAD = """# The library
 
     import patchwalk as pw

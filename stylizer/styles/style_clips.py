@@ -1,7 +1,7 @@
 """A style as one or more clips show it: walking, running, backing ... each encoded by itself, interpolated by root
 velocity."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Sequence
 
@@ -23,7 +23,6 @@ from sim.motion.gait import (
     with_run,
 )
 from stylizer.styles.stride_residual import rest_unsure_joints, stride_residual
-from stylizer.systems.motion_puzzle.style_tensors import take_batch
 
 BODY = slice(0, LAYOUT["root"].start)  # the features that are not the root's path
 WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
@@ -225,21 +224,3 @@ def single_clip(features: Encoded, motion: np.ndarray) -> StyleClips:
     15)."""
     gait = Gait(("clip",), _root_velocity(motion)[None], np.zeros(1), np.zeros(1), no_cycles(1), None)
     return StyleClips(features[None] if isinstance(features, Tensor) else features, gait)
-
-
-def main_clip(clips: StyleClips) -> StyleClips:
-    """The same style as its first clip alone shows it."""
-    first = slice(0, 1)
-    features = clips.features[first] if isinstance(clips.features, Tensor) else take_batch(clips.features, first)
-    gait = clips.gait
-    return replace(
-        clips,
-        features=features,
-        gait=gait._replace(
-            movements=gait.movements[first],
-            root_velocities=gait.root_velocities[first],
-            runs=gait.runs[first],
-            cadences=gait.cadences[first],
-            cycles=gait.cycles[first],
-        ),
-    )

@@ -59,6 +59,11 @@ def write_style(folder, name: str, model, fingerprint: str, movements: list[Move
     style_file.write(folder / f"{name}.safetensors", name, style, header)
 
 
+def expand_batch(style: dict, size: int) -> dict:
+    """One style as that of a whole batch, without copies."""
+    return {name: values.expand(-1, size, *values.shape[2:]) for name, values in style.items()}
+
+
 def make_bank(folder, monkeypatch, model: MotionPuzzle | JointPuzzle) -> StyleBank:
     """A bank of two bundled styles, `neutral` and `other`, and an empty user's folder, for an untrained network."""
     features = clip_features(walking_clip())

@@ -7,9 +7,10 @@ import torch
 from sim.math.easing import ramp
 from sim.motion.features import WINDOW
 from sim.motion.gait import gait_distance, with_run
+from sim.motion.thresholds import STANDING_STYLE
 from stylizer.systems.motion_puzzle.fast_inference import NumpyFeatures, NumpyViews
 from stylizer.systems.motion_puzzle.joint_config import JointConfig
-from stylizer.systems.motion_puzzle.joint_model import BODY, GAIT_WIDTH, LEGS, MOVING, QUIET, ROOT, JointPuzzle
+from stylizer.systems.motion_puzzle.joint_model import BODY, GAIT_WIDTH, LEGS, QUIET, ROOT, JointPuzzle
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
 
@@ -64,7 +65,7 @@ class FastJointInference:
         same = np.exp(-np.square(gait_distance(theirs["gait"], gaits) / GAIT_WIDTH**2))[..., None].astype(np.float32)
         translated = ours["mean"] + theirs["mean"] - theirs["own_mean"]
         mean = np.where(LEGS[:, 0], translated + same * (theirs["mean"] - translated), theirs["mean"])
-        moving = ramp(np.hypot(velocities[:, 0], velocities[:, 1]), *MOVING)[:, None, None].astype(np.float32)
+        moving = ramp(np.hypot(velocities[:, 0], velocities[:, 1]), *STANDING_STYLE)[:, None, None].astype(np.float32)
         styled_moves = own_moves + moving * same * (moves - own_moves)
         poses_in_styles = np.zeros((2, *windows[:, -1].shape))
         poses_in_styles[..., BODY] = self._of_joints(np.array([mean + styled_moves, ours["mean"] + own_moves]))

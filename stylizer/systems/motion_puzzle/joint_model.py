@@ -18,7 +18,7 @@ from torch.nn import functional as F
 from sim.body.skeleton import JOINT_COUNT, PARTS
 from sim.motion.features import LAYOUT
 from sim.motion.gait import RUN_APART, SIDEWAYS, SLOW, TURN_UNIT
-from sim.motion.thresholds import STYLE_WALK_OR_RUN
+from sim.motion.thresholds import STANDING_STYLE, STYLE_WALK_OR_RUN
 from stylizer.networks.graph import LEVELS
 from stylizer.networks.layers import Parts, leaky, moments
 from stylizer.networks.normalization import Scaled
@@ -31,7 +31,6 @@ QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly 
 FAINT = 1e-6  # added to variances
 GAIT_WIDTH = 1.0  # of the root of `gait_distance`, by which movements of one gait differ at most
 LEGS = torch.tensor([name.endswith("leg") for name in PARTS])[:, None, None]
-MOVING = (0.05, 0.35)  # metres a second between which standing becomes going: who stands makes no style's steps
 
 
 class MomentEncoder(nn.Module):
@@ -191,7 +190,8 @@ def remove_style(body: Tensor, mean: Tensor, deviation: Tensor, of_one: tuple[in
 def moving_share(gait: Tensor) -> Tensor:
     """How far bodies that move so, (B, 4), are no longer standing: (B, 1) in 0..1."""
     speed = gait[:, :2].norm(dim=1)[:, None]
-    return ((speed - MOVING[0]) / (MOVING[1] - MOVING[0])).clamp(0, 1)
+    low, high = STANDING_STYLE
+    return ((speed - low) / (high - low)).clamp(0, 1)
 
 
 def run_share(velocity: Tensor) -> Tensor:

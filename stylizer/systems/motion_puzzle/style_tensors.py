@@ -19,11 +19,6 @@ def interpolate(first: StyleFeatures, other: StyleFeatures, shares: Sequence[flo
     return {name: torch.lerp(one, other[name], _beside(share, one)) for name, one in first.items()}
 
 
-def expand_batch(style: StyleFeatures, size: int) -> StyleFeatures:
-    """One style as that of a whole batch, without copies."""
-    return {name: values.expand(-1, size, *values.shape[2:]) for name, values in style.items()}
-
-
 def write_slot(style: StyleFeatures, together: StyleFeatures, place: int) -> None:
     """Writes a style over the one at this place of several that lie side by side along the batch."""
     for name, values in style.items():

@@ -18,7 +18,6 @@ from stylizer.styles.style_clips import (
     Gait,
     Movement,
     StyleClips,
-    main_clip,
     movements_in,
     no_cycles,
     single_clip,
@@ -150,14 +149,6 @@ def test_a_style_of_one_clip_is_the_same_everywhere():
     for velocity in ((0, 0, 0), (0, 3.5, 0), (-1, 0, 1)):
         assert all(torch.equal(values, one[name]) for name, values in clips.at(np.array(velocity, float)).items())
     assert torch.equal(single_clip(torch.ones(8), features).at(np.ones(3)), torch.ones(8))
-
-
-def test_the_main_clip_is_the_first():
-    clips = style(4)
-    first = main_clip(clips)
-    assert first.gait.movements == ("stand",) and first.gait.root_velocities.shape == (1, 3)
-    for name, values in first.at(np.array([0, 3.0, 0])).items():
-        assert torch.equal(values[:, 0], clips.features[name][:, 0])
 
 
 # ---- what a clip shows --------------------------------------------------------------------

@@ -9,7 +9,8 @@ import torch
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.motion_puzzle.fast_inference import FastInference, TorchInference, to_inference
 from stylizer.systems.motion_puzzle.model import ROOT, MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import cat_batch, expand_batch, stack_parts
+from stylizer.systems.motion_puzzle.style_tensors import cat_batch, stack_parts
+from tests.stylizer.conftest import expand_batch
 
 SMALL = {"stem": 8, "channels": (8, 12, 16)}
 

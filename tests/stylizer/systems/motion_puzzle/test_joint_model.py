@@ -25,9 +25,9 @@ from stylizer.systems.motion_puzzle.joint_config import CONFIGS, JOINT_PUZZLE
 from stylizer.systems.motion_puzzle.joint_inference import FastJointInference, TorchJointInference, to_joint_inference
 from stylizer.systems.motion_puzzle.joint_model import BODY, JointPuzzle
 from stylizer.systems.motion_puzzle.joint_objective import RECIPE
-from stylizer.systems.motion_puzzle.style_tensors import expand_batch, stack_parts
+from stylizer.systems.motion_puzzle.style_tensors import stack_parts
 from stylizer.training import train_joints, trainer
-from tests.stylizer.conftest import movement, own_motion
+from tests.stylizer.conftest import expand_batch, movement, own_motion
 from tests.support.walker import SPEED, walking_clip
 
 OTHER = 0.3 * np.random.default_rng(0).normal(size=(21, 15))
