@@ -100,13 +100,13 @@ def with_run(root_velocity: np.ndarray) -> np.ndarray:
     return np.concatenate([root_velocity, smooth_step(root_velocity[..., 1:2], *STYLE_WALK_OR_RUN)], axis=-1)
 
 
-def gait_distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def gait_distance(one: np.ndarray, other: np.ndarray, sideways: np.ndarray | float = SIDEWAYS) -> np.ndarray:
     """The square of how far gaits (..., 4), see `with_run`, are apart: who goes another way differs more than who goes
-    at another speed, between two speeds their ratio counts, and a run is no quick walk."""
+    at another speed, by `sideways` (...), between two speeds their ratio counts, and a run is no quick walk."""
     speeds = [np.hypot(v[..., 0], v[..., 1]) for v in (one, other)]
     reach = [np.log1p(speed / SLOW) for speed in speeds]
     cosine = (one[..., :2] * other[..., :2]).sum(axis=-1) / np.maximum(speeds[0] * speeds[1], 1e-9)
-    angle = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0)) * SIDEWAYS * np.minimum(*reach)
+    angle = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0)) * sideways * np.minimum(*reach)
     turn, run = np.moveaxis(one[..., 2:] - other[..., 2:], -1, 0)
     return np.square(reach[0] - reach[1]) + np.square(angle) + np.square(turn / TURN_UNIT) + np.square(RUN_APART * run)
 

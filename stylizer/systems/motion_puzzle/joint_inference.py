@@ -10,8 +10,18 @@ from sim.motion.gait import gait_distance, with_run
 from sim.motion.thresholds import STANDING_STYLE
 from stylizer.systems.motion_puzzle.fast_inference import NumpyFeatures, NumpyViews
 from stylizer.systems.motion_puzzle.joint_config import JointConfig
-from stylizer.systems.motion_puzzle.joint_model import BODY, GAIT_WIDTH, LEGS, QUIET, ROOT, JointPuzzle
+from stylizer.systems.motion_puzzle.joint_model import (
+    BODY,
+    GAIT_WIDTH,
+    LEGS,
+    QUIET,
+    ROOT,
+    SIDEWAYS_OF_PART,
+    JointPuzzle,
+)
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
+
+SIDEWAYS = SIDEWAYS_OF_PART[:, 0].double().numpy()
 
 
 class TorchJointInference:
@@ -62,7 +72,8 @@ class FastJointInference:
         query = self._query(poses, ours)
         moves, own_moves = (self._found(query, each) for each in (theirs, ours))
         gaits = with_run(velocities)[:, None]
-        same = np.exp(-np.square(gait_distance(theirs["gait"], gaits) / GAIT_WIDTH**2))[..., None].astype(np.float32)
+        apart = gait_distance(theirs["gait"], gaits, SIDEWAYS) / GAIT_WIDTH**2
+        same = np.exp(-np.square(apart))[..., None].astype(np.float32)
         translated = ours["mean"] + theirs["mean"] - theirs["own_mean"]
         mean = np.where(LEGS[:, 0], translated + same * (theirs["mean"] - translated), theirs["mean"])
         moving = ramp(np.hypot(velocities[:, 0], velocities[:, 1]), *STANDING_STYLE)[:, None, None].astype(np.float32)

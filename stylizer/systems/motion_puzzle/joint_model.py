@@ -31,6 +31,8 @@ QUIET = 0.2  # of the normalized deviation, added to a joint's own: what hardly 
 FAINT = 1e-6  # added to variances
 GAIT_WIDTH = 1.0  # of the root of `gait_distance`, by which movements of one gait differ at most
 LEGS = torch.tensor([name.endswith("leg") for name in PARTS])[:, None, None]
+UPPER_SIDEWAYS = 0.45  # what another direction counts for spine and arms, which say less of it than legs
+SIDEWAYS_OF_PART = torch.where(LEGS, SIDEWAYS, UPPER_SIDEWAYS)[..., 0]  # (5, 1)
 
 
 class MomentEncoder(nn.Module):
@@ -206,14 +208,14 @@ def same_gait(seen: Tensor, gait: Tensor) -> Tensor:
     (5, B, 1). A slow walk does say how legs move in a quick one, but little of a run, and nothing of a step back: there
     legs keep their own steps, in a mean pose as far from their own as the style's was from the own style's where it was
     seen."""
-    return torch.exp(-((gait_distance(seen, gait) / GAIT_WIDTH**2).square()))[..., None]
+    return torch.exp(-((gait_distance(seen, gait, SIDEWAYS_OF_PART.to(gait)) / GAIT_WIDTH**2).square()))[..., None]
 
 
-def gait_distance(one: Tensor, other: Tensor) -> Tensor:
+def gait_distance(one: Tensor, other: Tensor, sideways: Tensor | float = SIDEWAYS) -> Tensor:
     """sim.motion.gait.gait_distance, of tensors."""
     speeds = [each[..., :2].norm(dim=-1) for each in (one, other)]
     reach = [(speed / SLOW).log1p() for speed in speeds]
     cosine = (one[..., :2] * other[..., :2]).sum(-1) / (speeds[0] * speeds[1]).clamp(min=1e-9)
-    angle = cosine.clamp(-1, 1).arccos() * SIDEWAYS * torch.minimum(*reach)
+    angle = cosine.clamp(-1, 1).arccos() * sideways * torch.minimum(*reach)
     turn, run = (one[..., 2:] - other[..., 2:]).unbind(-1)
     return (reach[0] - reach[1]).square() + angle.square() + (turn / TURN_UNIT).square() + (RUN_APART * run).square()
