@@ -66,7 +66,8 @@ def movements_in(features: np.ndarray) -> list[Movement]:
     moving = [name for name in dict.fromkeys(names) if name != "stand"] or ["stand"]
     for name in moving:
         speeds = np.linalg.norm(velocities[names == name, :2], axis=1)
-        steady = np.abs(speeds - np.median(speeds)) <= SPEED_RANGE * np.median(speeds) + 1e-6
+        off = np.abs(speeds - np.median(speeds))
+        steady = off <= max(SPEED_RANGE * np.median(speeds), off.min()) + 1e-6  # of two that differ much both are kept
         found.append((name, starts[names == name][steady]))
     longest = max(len(chosen) for _, chosen in found)
     found = [(name, chosen) for name, chosen in found if len(chosen) >= min(2, longest)]

@@ -8,12 +8,14 @@ import pytest
 import torch
 
 from sim.motion.clip import FPS, Clip
-from sim.motion.features import clip_features
+from sim.motion.features import LAYOUT, clip_features
 from sim.motion.gait import cycle_at, stride_phase
 from stylizer.styles.style_clips import (
     BODY,
+    HOP,
     MANY,
     PLAYBACK_RATES,
+    SHORTEST,
     WINDOW,
     Gait,
     Movement,
@@ -178,6 +180,15 @@ def test_pauses_are_left_out():
     assert 150 / FPS - 0.6 < start < 150 / FPS + 0.6 and 450 / FPS - 0.6 < end < 450 / FPS + 0.6
     speeds = found.windows[..., 0, 13].mean(axis=1)
     assert speeds == pytest.approx(SPEED, rel=0.36), "starts and stops are no walk"
+
+
+def test_a_clip_that_only_speeds_up_shows_what_there_is():
+    """Of two windows that walk, each is too far from their median speed to be steady: both are taken."""
+    features = clip_features(going_at(0.95, SHORTEST + HOP))
+    features[:HOP, :, LAYOUT["root"].start + 1] = -0.8
+    features[-HOP:, :, LAYOUT["root"].start + 1] = 3.2
+    (found,) = movements_in(features)
+    assert found.name == "walk" and len(found.windows) == 2 and len(found.features) == len(features)
 
 
 def test_who_only_stands_shows_standing():
