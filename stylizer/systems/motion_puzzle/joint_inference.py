@@ -77,6 +77,7 @@ class FastJointInference:
         translated = ours["mean"] + theirs["mean"] - theirs["own_mean"]
         mean = np.where(LEGS[:, 0], translated + same * (theirs["mean"] - translated), theirs["mean"])
         moving = ramp(np.hypot(velocities[:, 0], velocities[:, 1]), *STANDING_STYLE)[:, None, None].astype(np.float32)
+        own_moves = moving * own_moves
         styled_moves = own_moves + moving * same * (moves - own_moves)
         poses_in_styles = np.zeros((2, *windows[:, -1].shape))
         poses_in_styles[..., BODY] = self._of_joints(np.array([mean + styled_moves, ours["mean"] + own_moves]))
