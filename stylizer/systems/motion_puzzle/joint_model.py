@@ -146,7 +146,7 @@ class JointPuzzle(Scaled):
         shift = styled_mean - own["mean"]  # BP-AdaIN, Eq. 8, 9
         if not self.config.by_part:
             shift = self._over_body(shift)
-        # who stands is held as the style is: what stays between two means does not depend on where the arms are just now
+        # who stands is held as the style is, wherever the arms are just now
         own_moves = moving_share(gait)[:, None] * own_moves
         moves = own_moves + (moving_share(gait) * same)[:, :, None] * (moves - own_moves)
         return self._whole((own["mean"] + shift)[:, :, None] + moves), self._whole(own["mean"][:, :, None] + own_moves)
