@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 MAY_IMPORT = {  # room: what it may import besides itself and Python's library
-    "sim": {"numpy", "scipy", "safetensors", "torch"},
+    "sim": {"numpy", "scipy", "safetensors", "torch", "PIL"},
     "controller": {"sim", "numpy", "scipy", "torch", "tqdm", "matplotlib"},
     "stylizer": {"sim", "numpy", "scipy", "torch", "tqdm", "matplotlib"},
     "demo": {
@@ -36,6 +36,7 @@ ROOMS = {
     "sim": (
         "math",
         "body",
+        "ground",
         "motion",
         "feet",
         "style_spec",
