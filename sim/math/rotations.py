@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # imported where it is used: it takes a third of a second, an
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
+TINY = 1e-30  # divided by in place of a length of 0
 
 # Hamilton's table: the product of the i-th and j-th of the units 1, i, j, k is plus or minus the |n|-th, counted from
 # 1.
@@ -82,16 +83,17 @@ def from_axis_angle(axis: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
 
 def from_rotation_vector(vector: np.ndarray) -> np.ndarray:
     """Rotations (..., 4) from axis times angle in radians (..., 3); the zero vector is the identity exactly."""
-    half = length(vector) / 2
-    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vector], axis=-1)
+    angle = length(vector)
+    half = angle / 2
+    return np.concatenate([np.cos(half), np.sin(half) / np.maximum(angle, TINY) * vector], axis=-1)
 
 
 def to_rotation_vector(q: np.ndarray) -> np.ndarray:
     """Axis times angle (..., 3), the angle at most half a turn, of unit quaternions (..., 4)."""
-    q = np.where(q[..., :1] < 0, -q, q)
-    sine = length(q[..., 1:])
-    angle = 2 * np.arctan2(sine, q[..., :1])
-    return q[..., 1:] * np.where(sine < 1e-8, 2.0, angle / np.maximum(sine, 1e-8))
+    cosine, vector = q[..., :1], q[..., 1:]
+    sine = length(vector)
+    angle = 2 * np.arctan2(sine, np.abs(cosine))
+    return vector * np.copysign(angle / np.maximum(sine, TINY), cosine)
 
 
 def nearest_turn(vector: np.ndarray, before: np.ndarray) -> np.ndarray:
