@@ -24,6 +24,8 @@ SLOW = 0.3  # metres a second: speeds are compared by the logarithm of how many 
 SIDEWAYS = 2.0  # by how much more another direction counts than another speed
 TURN_UNIT = 2.0  # radians a second of turning that count as much as a speed SLOW e^1 does beside standing
 RUN_APART = 2.0  # by which a run is further from a walk than its speed says
+TURN_AND_RUN = np.array([1 / TURN_UNIT, RUN_APART])
+LEAST_SPEED = np.array(1e-9)  # metres a second: who is slower goes in no direction
 MOVEMENTS = ("stand", "walk", "run", "back", "strafe left", "strafe right", "turn left", "turn right")
 
 
@@ -103,12 +105,23 @@ def with_run(root_velocity: np.ndarray) -> np.ndarray:
 def gait_distance(one: np.ndarray, other: np.ndarray, sideways: np.ndarray | float = SIDEWAYS) -> np.ndarray:
     """The square of how far gaits (..., 4), see `with_run`, are apart: who goes another way differs more than who goes
     at another speed, by `sideways` (...), between two speeds their ratio counts, and a run is no quick walk."""
-    speeds = [np.hypot(v[..., 0], v[..., 1]) for v in (one, other)]
-    reach = [np.log1p(speed / SLOW) for speed in speeds]
-    cosine = (one[..., :2] * other[..., :2]).sum(axis=-1) / np.maximum(speeds[0] * speeds[1], 1e-9)
-    angle = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0)) * sideways * np.minimum(*reach)
-    turn, run = np.moveaxis(one[..., 2:] - other[..., 2:], -1, 0)
-    return np.square(reach[0] - reach[1]) + np.square(angle) + np.square(turn / TURN_UNIT) + np.square(RUN_APART * run)
+    return point_distance(gait_point(one), gait_point(other), sideways)
+
+
+def gait_point(gait: np.ndarray) -> np.ndarray:
+    """Where gaits (..., 4) lie for `point_distance`, (..., 5): the logarithm of the speed, turning and running, each in
+    its unit, then the direction over the floor, of length 1."""
+    speed = np.hypot(gait[..., :1], gait[..., 1:2])
+    direction = gait[..., :2] / np.maximum(speed, LEAST_SPEED)
+    return np.concatenate([np.log1p(speed / SLOW), gait[..., 2:] * TURN_AND_RUN, direction], axis=-1)
+
+
+def point_distance(one: np.ndarray, other: np.ndarray, sideways: np.ndarray | float = SIDEWAYS) -> np.ndarray:
+    """`gait_distance` of gaits that `gait_point` has made points (..., 5) of."""
+    apart = one[..., :3] - other[..., :3]
+    cosine = np.vecdot(one[..., 3:], other[..., 3:])
+    angle = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0)) * sideways * np.minimum(one[..., 0], other[..., 0])
+    return np.vecdot(apart, apart) + np.square(angle)
 
 
 def fit_cycle(signal: np.ndarray, phase: np.ndarray) -> np.ndarray:

@@ -45,7 +45,7 @@ class DecoderStylizer(LiveStylizer):
 
     def _evaluate(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         newest = windows[:, -1]
-        return np.stack([newest + self._change[1, which, ones], newest], axis=1)
+        return np.array([newest + self._change[1, which, ones], newest])
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         with torch.inference_mode():

@@ -21,22 +21,15 @@ class Inertializer:
     def __init__(self, crowd: tuple[int, ...] = ()) -> None:
         # rotation vectors and the shift: where, how fast, how much faster
         self.offset = np.zeros((3, *crowd, JOINT_COUNT + 1, 3))
-        self._turns = np.tile(rot.IDENTITY, (*crowd, JOINT_COUNT, 1))  # of the last frame
-        self._shift = np.zeros((*crowd, 3))
-        self._rate = np.zeros((*crowd, JOINT_COUNT + 1, 3))
+        at_rest = np.tile(rot.IDENTITY, (*crowd, JOINT_COUNT, 1)), np.zeros((*crowd, 3))
+        self._before, self._last = at_rest, at_rest  # turns and shift, as they were drawn in the last two frames
 
     def step(self, turns: np.ndarray, shift: np.ndarray, jumping: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is to be drawn where turns and shift are asked; jumping (..., 22): joints, and the shift, whose gap is
         to be told anew."""
         if jumping.any():
-            offset = np.concatenate(
-                [
-                    rot.to_rotation_vector(rot.multiply(self._turns, rot.inverse(turns))),
-                    (self._shift - shift)[..., None, :],
-                ],
-                axis=-2,
-            )
-            for state, fresh in zip(self.offset, (offset, self._rate, 0.0 * offset)):
+            gap, rate = _apart(self._last, (turns, shift)), _apart(self._last, self._before) / DT
+            for state, fresh in zip(self.offset, (gap, rate, 0.0)):
                 np.copyto(state, fresh, where=jumping[..., None])
         if self.offset.any():
             where, rate, change = self.offset
@@ -46,15 +39,11 @@ class Inertializer:
             offset = self.offset[0]
             turns = rot.multiply(rot.from_rotation_vector(offset[..., :-1, :]), turns)
             shift = shift + offset[..., -1, :]
-        self._rate = (
-            np.concatenate(
-                [
-                    rot.to_rotation_vector(rot.multiply(turns, rot.inverse(self._turns))),
-                    (shift - self._shift)[..., None, :],
-                ],
-                axis=-2,
-            )
-            / DT
-        )
-        self._turns, self._shift = turns, shift
+        self._before, self._last = self._last, (turns, shift)
         return turns, shift
+
+
+def _apart(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Rotation vectors and shift (..., 22, 3) that lead to one from the other."""
+    turns = rot.to_rotation_vector(rot.multiply(one[0], rot.inverse(other[0])))
+    return np.concatenate([turns, (one[1] - other[1])[..., None, :]], axis=-2)

@@ -28,8 +28,7 @@ class JointStylizer(LiveStylizer):
         if not self.bank.model.config.attention:  # nothing is looked up that could come later
             windows = windows.copy()
             windows[:, -1] += AHEAD * FPS / STRIDE / STEADY * (windows[:, -1] - windows[:, -1 - STEADY])
-        velocities, styles = self._root_velocities(windows, ones)[BODY], self._styles(ones, which)
-        return np.stack(self._network.restyle(windows, velocities, *styles), axis=1)
+        return self._network.restyle(windows, self._velocities[BODY, ones], *self._styles(ones, which))
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         """The attention map of a body part now, of one character: (WINDOW / 2, tokens of the style), rows that add up

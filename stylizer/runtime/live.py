@@ -6,7 +6,7 @@ exactly, and the network's noise is damped."""
 
 from itertools import groupby
 from pathlib import Path
-from typing import Callable, Iterable, Mapping, Sequence
+from typing import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -67,7 +67,7 @@ class LiveStylizer:
 
     def _evaluate(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """The newest poses of these characters' windows (n, 16, 21, 15) in their FIRST or OTHER styles, and in their
-        own: features (n, 2, 21, 15). What is put on is how the two differ."""
+        own: features (2, n, 21, 15). What is put on is how the two differ."""
         raise NotImplementedError
 
     def crowd(self, count: int) -> "LiveStylizer":
@@ -133,9 +133,9 @@ class LiveStylizer:
         styles = [StyleSpec.of(each) for each in ([style] if isinstance(style, Mapping) else style)]
         for name in {name for each in styles for name in each.names}:
             self.bank[name]
-        switching = self._together(mixer.step(each) for mixer, each in zip(self.mixers, styles, strict=True))
-        strengths = self._together(mixer.strengths for mixer in self.mixers)
-        self._styled = styled = self._together(mixer.styled for mixer in self.mixers)
+        switching = self._together([mixer.step(each) for mixer, each in zip(self.mixers, styles, strict=True)])
+        strengths = self._together([mixer.strengths for mixer in self.mixers])
+        self._styled = styled = self._together([mixer.styled for mixer in self.mixers])
         self._travel = np.broadcast_to(travel, self._leading).reshape(-1)
         self.frame += 1
         if not strengths.any() and not self.inertializer.offset.any():
@@ -168,8 +168,8 @@ class LiveStylizer:
         result = np.ones(2)
         for place in LEG_PARTS:
             part = mixer.parts[place]
-            for name, share in ((part.name, 1 - part.share), (part.other, part.share)):
-                if part.strength and share and name != OWN:
+            for name, share in part.shown:
+                if name != OWN:
                     result += 0.5 * min(part.strength, 1.0) * share * (self._style_pace(name, gait) - 1)
         return result
 
@@ -212,41 +212,39 @@ class LiveStylizer:
         style), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
         raise ValueError("this stylizer has no attention")
 
-    def _together(self, values: Iterable[Sequence]) -> np.ndarray:
+    def _together(self, values: Sequence[Sequence]) -> np.ndarray:
         """What each character has, as one array (..., n)."""
-        return np.array(list(values)).reshape(*self._leading, -1)
+        return np.array(values).reshape(*self._leading, -1)
 
     def _smoothed(self, delta: np.ndarray, fresh: np.ndarray) -> np.ndarray:
         """The delta (..., 22, 3) smoothed in time; rows that are fresh (..., 22) start with what they are."""
         self._delta, self._rate = spring_step(self._delta, self._rate, delta, self.SMOOTHING, 1 / FPS)
-        np.copyto(self._delta, delta, where=fresh[..., None])
-        np.copyto(self._rate, 0.0, where=fresh[..., None])
+        if fresh.any():
+            np.copyto(self._delta, delta, where=fresh[..., None])
+            np.copyto(self._rate, 0.0, where=fresh[..., None])
         return self._delta
 
     def _deltas(self, window: np.ndarray, fresh: np.ndarray) -> np.ndarray:
         """The delta (..., 22, 3) that the styles ask for in this frame, where a part is blended with another style on
         its way from the one to the other."""
         windows = window.reshape(-1, *window.shape[-3:])
+        self._velocities = self._root_velocities(windows)
         self._begin_frame(windows)
-        count = len(windows)
-        raw = self._raw.reshape(2, count, JOINT_COUNT + 1, 3).copy()
-        shares = np.array([mixer.shares for mixer in self.mixers])
-        fresh = fresh.reshape(count, -1)
-        for which in (FIRST, OTHER):
-            ones = [
-                one for one, mixer in enumerate(self.mixers) if any(mixer.strengths) and self._evaluates(which, mixer)
-            ]
-            if not ones:
-                continue
-            styled, own = self._in_groups(self._evaluate, windows, ones, which).swapaxes(0, 1)
-            delta = pose_delta(styled, own) * self._part_weights(ones)[:, PART_OF_ROW, None]
-            before = np.where(fresh[ones][..., None], raw[FIRST, ones] if which == OTHER else 0.0, raw[which, ones])
-            raw[which, ones] = unwrap(delta, before)
-        blended = np.flatnonzero(shares.any(axis=-1))
-        result = raw[FIRST].copy()
-        if self.BLENDS and len(blended):
-            result[blended] += shares[blended][:, PART_OF_ROW, None] * (raw[OTHER, blended] - raw[FIRST, blended])
-        self._raw = raw.reshape(self._raw.shape)
+        raw = self._raw.reshape(2, len(windows), JOINT_COUNT + 1, 3)
+        fresh = fresh.reshape(len(windows), -1, 1)
+        worn = [one for one, mixer in enumerate(self.mixers) if any(mixer.strengths)]
+        blended = [one for one in worn if self._evaluates(OTHER, self.mixers[one])]
+        for which, ones in ((FIRST, worn), (OTHER, blended)):
+            if ones:
+                delta = pose_delta(*self._in_groups(self._evaluate, windows, ones, which))
+                delta *= self._part_weights(ones)[:, PART_OF_ROW, None]
+                first = raw[FIRST, ones] if which == OTHER else 0.0
+                raw[which, ones] = unwrap(delta, np.where(fresh[ones], first, raw[which, ones]))
+        result = raw[FIRST]
+        if blended:
+            shares = np.array([self.mixers[one].shares for one in blended])
+            result = result.copy()
+            result[blended] += shares[:, PART_OF_ROW, None] * (raw[OTHER, blended] - raw[FIRST, blended])
         return result.reshape(self._raw.shape[1:])
 
     def _evaluates(self, which: int, mixer: StyleMixer) -> bool:
@@ -256,15 +254,15 @@ class LiveStylizer:
     def _part_weights(self, ones: list[int]) -> np.ndarray:
         """(n, 5) how far each part changes at all: not where it keeps the own style; and legs that side-step keep the
         controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
-        result = np.ones((len(ones), len(PART_NAMES)))
-        for row, one in enumerate(ones):
-            side, forward, _ = np.abs(self.mixers[one].root_velocities[BODY])
-            for place, part in enumerate(self.mixers[one].parts):
-                if part.name == part.other == OWN:
-                    result[row, place] = 0.0
-                elif place in LEG_PARTS and side > forward and not self._side_steps(part.name):
-                    result[row, place] = (forward / side) ** 2
-        return result
+        return np.array([[self._part_weight(self.mixers[one], place) for place in range(len(PART_NAMES))] for one in ones])
+
+    def _part_weight(self, mixer: StyleMixer, place: int) -> float:
+        """Of one part of one character."""
+        part, (side, forward, _) = mixer.parts[place], mixer.root_velocities[BODY]
+        if part.name == part.other == OWN:
+            return 0.0
+        sideways = abs(side) > abs(forward) and place in LEG_PARTS and not self._side_steps(part.name)
+        return (forward / side) ** 2 if sideways else 1.0
 
     def _side_steps(self, name: str) -> bool:
         """Whether a clip of a style shows side-steps."""
@@ -273,22 +271,14 @@ class LiveStylizer:
     def _with_residual(self, turns: np.ndarray, strengths: np.ndarray) -> np.ndarray:
         """Rotations (..., 21, 4) with what of the styles' movement is not locked to the stride on top, in its own
         time."""
-        loops = [
-            [(self.bank[part.name].gait.residual, 1 - part.share), (self.bank[part.other].gait.residual, part.share)]
-            if part.strength
-            else ()
-            for mixer in self.mixers
-            for part in mixer.parts
-        ]
-        if not any(loop is not None and share for loops_of_part in loops for loop, share in loops_of_part):
-            return turns
         result = np.zeros((len(self.mixers), JOINT_COUNT, 3))
-        for place, loops_of_part in enumerate(loops):
-            one, part = divmod(place, len(PART_NAMES))
-            for loop, share in loops_of_part:
-                if loop is not None and share:
-                    joints = PART_OF_JOINT == part
-                    result[one, joints] += share * play_residual(loop[:, joints], self.frame)
+        for one, mixer in enumerate(self.mixers):
+            for name, shares in mixer.shown.items():
+                loop = self.bank[name].gait.residual
+                if loop is not None:
+                    result[one] += np.array(shares)[PART_OF_JOINT, None] * play_residual(loop, self.frame)
+        if not result.any():
+            return turns
         result = result.reshape(*self._leading, JOINT_COUNT, 3) * strengths[..., PART_OF_JOINT, None]
         return rot.multiply(rot.from_rotation_vector(result), turns)
 
@@ -298,19 +288,19 @@ class LiveStylizer:
         due = [one for one, mixer in enumerate(self.mixers) if mixer.due()]
         for one, mixer in enumerate(self.mixers):
             if any(mixer.strengths) and mixer.updates_styles:
-                mixer.move(*self._root_velocities(windows[[one]], [one])[:, 0])
+                mixer.move(*self._velocities[:, one])
         return due
 
     def _in_groups(self, evaluate: Callable, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """What `evaluate` says of these characters, group by group."""
         groups = [list(group) for _, group in groupby(ones, lambda one: one // GROUP)]
-        return np.concatenate([evaluate(windows[group], group, which) for group in groups])
+        return np.concatenate([evaluate(windows[group], group, which) for group in groups], axis=-3)
 
-    def _root_velocities(self, windows: np.ndarray, ones: list[int]) -> np.ndarray:
-        """(2, n, 3) of these characters' bodies, and of the neutral motion that they make it from."""
-        neutral = windows[:, :, 0, LAYOUT["root"]].mean(axis=1)
-        travel = self._travel[ones, None]
-        return np.array([neutral * np.concatenate([travel, travel, np.ones_like(travel)], axis=1), neutral])
+    def _root_velocities(self, windows: np.ndarray) -> np.ndarray:
+        """(2, n, 3) of the characters' bodies, and of the neutral motion that they make it from."""
+        result = np.array([windows[:, :, 0, LAYOUT["root"]].mean(axis=1)] * 2)
+        result[BODY, :, :2] *= self._travel[:, None]
+        return result
 
     def _styles(self, ones: list[int], which: int) -> tuple[StyleFeatures, StyleFeatures]:
         """These characters' styles and their own styles, each side by side along the batch."""

@@ -51,6 +51,15 @@ class StyleMixer:
         """Of the five parts: how far each is on the way from its style to the other one."""
         return [part.share for part in self.parts]
 
+    @property
+    def shown(self) -> dict[str, list[float]]:
+        """By style: how much of it each of the five parts shows, 0 to 1."""
+        result: dict[str, list[float]] = {}
+        for place, part in enumerate(self.parts):
+            for name, share in part.shown:
+                result.setdefault(name, [0.0] * len(self.parts))[place] += share
+        return result
+
     def step(self, style: StyleSpec) -> list[bool]:
         """One frame; which of the five parts switch to another style."""
         switched = [part.step(style.get(name)) for part, name in zip(self.parts, PART_NAMES)]
@@ -120,6 +129,12 @@ class _Part:
         self.name = self.other = OWN
         self.strength = self.velocity = self.share = self.share_rate = self.styled_share = self.styled_rate = 0.0
 
+    @property
+    def shown(self) -> list[tuple[str, float]]:
+        """The styles that it shows and how much of it is each one's: none where it has no strength."""
+        shares = ((self.name, 1 - self.share), (self.other, self.share))
+        return [(name, share) for name, share in shares if self.strength and share]
+
     def step(self, spec: PartSpec | None) -> bool:
         """One frame; whether the style was switched. A part let go keeps its style until it has faded."""
         spec = spec or PartSpec(self.name, 0.0, self.other, self.share)
@@ -133,12 +148,15 @@ class _Part:
             self.share, self.share_rate = share, 0.0
         if not self.strength or abs(styled_share - self.styled_share) < NEGLIGIBLE:
             self.styled_share, self.styled_rate = styled_share, 0.0
-        self.share, self.share_rate = spring_step(self.share, self.share_rate, share, STRENGTH_HALFLIFE, DT)
-        self.styled_share, self.styled_rate = spring_step(
-            self.styled_share, self.styled_rate, styled_share, STRENGTH_HALFLIFE, DT
-        )
+        self.share, self.share_rate = _glide(self.share, self.share_rate, share)
+        self.styled_share, self.styled_rate = _glide(self.styled_share, self.styled_rate, styled_share)
         switched = switched and self.strength > 0
-        self.strength, self.velocity = spring_step(self.strength, self.velocity, strength, STRENGTH_HALFLIFE, DT)
+        self.strength, self.velocity = _glide(self.strength, self.velocity, strength)
         if strength == 0 and self.strength < NEGLIGIBLE:
             self.__init__()
         return switched
+
+
+def _glide(value: float, rate: float, wanted: float) -> tuple[float, float]:
+    """A frame's step on the way to the wanted value; what is there stays."""
+    return (value, rate) if value == wanted and not rate else spring_step(value, rate, wanted, STRENGTH_HALFLIFE, DT)

@@ -1,6 +1,8 @@
 """Motion Puzzle at the resolution of joints as it runs live: the newest sample alone, in numpy, equal to
 stylizer.systems.motion_puzzle.joint_model up to rounding."""
 
+from typing import Sequence
+
 import numpy as np
 import torch
 
@@ -22,6 +24,7 @@ from stylizer.systems.motion_puzzle.joint_model import (
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
 
 SIDEWAYS = SIDEWAYS_OF_PART[:, 0].double().numpy()
+OF_LEGS = LEGS[:, 0].numpy()  # (5, 1) of bool
 
 
 class TorchJointInference:
@@ -33,13 +36,12 @@ class TorchJointInference:
     @torch.inference_mode()
     def restyle(
         self, windows: np.ndarray, velocities: np.ndarray, style: StyleFeatures, own: StyleFeatures
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> np.ndarray:
         """What the newest sample of windows (batch, WINDOW, 21, 15) is in a style, of bodies whose roots move at mean
-        velocities (batch, 3), and what it is in its own: features (batch, 21, 15) both."""
+        velocities (batch, 3), and what it is in its own: features (2, batch, 21, 15)."""
         motion = self.model.normalize(torch.from_numpy(windows.astype(np.float32)))
         both = self.model(motion, style, own, 1, torch.from_numpy(with_run(velocities).astype(np.float32)))
-        styled, rebuilt = (self.model.restore(each)[:, 0].double().numpy() for each in both)
-        return styled, rebuilt
+        return np.array([self.model.restore(each)[:, 0].double().numpy() for each in both])
 
 
 class FastJointInference:
@@ -47,7 +49,7 @@ class FastJointInference:
 
     def __init__(self, model: JointPuzzle) -> None:
         """model: one that `fits`."""
-        self.config, self.joints = model.config, model.parts.back.numpy()
+        self.joints = model.parts.back.numpy()
         self.mean, self.deviation = (values.numpy()[:, 0, 0] for values in (model.mean, model.deviation))
         self.seen = WINDOW - 1 - np.array(model.config.lags)
         moments = model.moments
@@ -57,6 +59,7 @@ class FastJointInference:
             (layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy())
             for layer in (moments.root, moments.code)
         )
+        self.sharpness = np.float32(model.config.sharpness)
         self._views = NumpyViews()
 
     @staticmethod
@@ -65,45 +68,42 @@ class FastJointInference:
 
     def restyle(
         self, windows: np.ndarray, velocities: np.ndarray, style: StyleFeatures, own: StyleFeatures
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> np.ndarray:
         """As TorchJointInference.restyle."""
-        poses = ((windows[:, self.seen] - self.mean) / self.deviation).astype(np.float32)
         theirs, ours = self._views[style], self._views[own]
-        query = self._query(poses, ours)
-        moves, own_moves = (self._found(query, each) for each in (theirs, ours))
-        gaits = with_run(velocities)[:, None]
-        apart = gait_distance(theirs["gait"], gaits, SIDEWAYS) / GAIT_WIDTH**2
+        moves, own_moves = self._found(self._query(windows[:, self.seen], ours), (theirs, ours))
+        apart = gait_distance(theirs["gait"], with_run(velocities)[:, None], SIDEWAYS) / GAIT_WIDTH**2
         same = np.exp(-np.square(apart))[..., None].astype(np.float32)
         translated = ours["mean"] + theirs["mean"] - theirs["own_mean"]
-        mean = np.where(LEGS[:, 0], translated + same * (theirs["mean"] - translated), theirs["mean"])
+        mean = np.where(OF_LEGS, translated + same * (theirs["mean"] - translated), theirs["mean"])
         moving = ramp(np.hypot(velocities[:, 0], velocities[:, 1]), *STANDING_STYLE)[:, None, None].astype(np.float32)
         own_moves = moving * own_moves
         styled_moves = own_moves + moving * same * (moves - own_moves)
-        poses_in_styles = np.zeros((2, *windows[:, -1].shape))
-        poses_in_styles[..., BODY] = self._of_joints(np.array([mean + styled_moves, ours["mean"] + own_moves]))
-        styled, rebuilt = poses_in_styles * self.deviation + self.mean
-        return styled, rebuilt
+        poses = np.zeros((2, *windows[:, -1].shape))
+        poses[..., BODY] = self._of_joints(np.array([mean + styled_moves, ours["mean"] + own_moves]))
+        return poses * self.deviation + self.mean
 
     def _query(self, poses: np.ndarray, own: NumpyFeatures) -> np.ndarray:
-        """(batch, code) of normalized poses (batch, lags, 21, 15) in a style."""
+        """(batch, code) of poses (batch, lags, 21, 15) in a style."""
+        poses = ((poses - self.mean) / self.deviation).astype(np.float32)
         mean, deviation = (self._of_joints(own[name])[:, None] for name in ("mean", "deviation"))
-        bare = (poses[..., BODY] - mean) / (deviation + np.float32(QUIET))
-        bare /= np.sqrt(1 + np.square(bare).sum(axis=(2, 3), keepdims=True) / bare[0, 0].size)
+        bare = ((poses[..., BODY] - mean) / (deviation + np.float32(QUIET))).reshape(*poses.shape[:2], -1)
+        bare /= np.sqrt(1 + np.square(bare).sum(axis=-1, keepdims=True) / bare.shape[-1])
         (root, root_bias), (weight, bias) = self.root, self.code
         hidden = bare.reshape(len(bare), -1) @ self.body + (poses[:, 0, 0, ROOT] @ root + root_bias)
         code = np.maximum(hidden, np.float32(0.2) * hidden) @ weight + bias
         return code / np.sqrt(np.square(code).sum(axis=-1, keepdims=True))
 
-    def _found(self, query: np.ndarray, style: NumpyFeatures) -> np.ndarray:
-        """What queries (batch, code) find in a style's tokens: (batch, 5, n 12)."""
-        score = np.float32(self.config.sharpness) * (style["keys"] @ query[:, None, :, None])[..., 0]
+    def _found(self, query: np.ndarray, styles: Sequence[NumpyFeatures]) -> list[np.ndarray]:
+        """What queries (batch, code) find in the tokens of each style: (batch, 5, n 12)."""
+        score = self.sharpness * np.array([style["keys"] @ query[:, None, :, None] for style in styles])[..., 0]
         weight = np.exp(score - score.max(axis=-1, keepdims=True))
         weight /= weight.sum(axis=-1, keepdims=True)
-        return (weight[..., None, :] @ style["values"])[..., 0, :]
+        return [(of_one @ style["values"])[..., 0, :] for of_one, style in zip(weight[..., None, :], styles)]
 
     def _of_joints(self, values: np.ndarray) -> np.ndarray:
         """(..., 5, n 12) -> (..., 21, 12)"""
-        return values.reshape(*values.shape[:-2], -1, BODY.stop)[..., self.joints, :]
+        return values.reshape(*values.shape[:-2], -1, BODY.stop).take(self.joints, axis=-2)
 
 
 def to_joint_inference(model: JointPuzzle) -> "TorchJointInference | FastJointInference":
