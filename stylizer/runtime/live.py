@@ -254,7 +254,9 @@ class LiveStylizer:
     def _part_weights(self, ones: list[int]) -> np.ndarray:
         """(n, 5) how far each part changes at all: not where it keeps the own style; and legs that side-step keep the
         controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
-        return np.array([[self._part_weight(self.mixers[one], place) for place in range(len(PART_NAMES))] for one in ones])
+        return np.array(
+            [[self._part_weight(self.mixers[one], place) for place in range(len(PART_NAMES))] for one in ones]
+        )
 
     def _part_weight(self, mixer: StyleMixer, place: int) -> float:
         """Of one part of one character."""

@@ -4,6 +4,7 @@ What is drawn is the neutral pose changed by how a style differs from this one, 
 controller that runs: its file carries the fingerprint of that controller's weights."""
 
 import math
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Callable, Sequence
@@ -92,7 +93,7 @@ def capture_motion(controller: Controller, fingerprint: str) -> OwnMotion:
         phases.append(np.full(samples.shape, np.nan) if phase is None else phase[samples])
     gait = Gait.of(movements)
     runs = smooth_step(gait.root_velocities[:, 1], *STYLE_WALK_OR_RUN)  # decided as the content's is, by speed
-    return OwnMotion([m.windows for m in movements], phases, gait._replace(runs=runs, residual=None), fingerprint)
+    return OwnMotion([m.windows for m in movements], phases, replace(gait, runs=runs, residual=None), fingerprint)
 
 
 def write_own_style(folder: Path, motion: OwnMotion, model: MotionPuzzle | JointPuzzle, fingerprint: str) -> None:

@@ -1,6 +1,7 @@
 """A style as one or more clips show it: walking, running, backing ... each encoded by itself, interpolated by root
 velocity."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Sequence
@@ -17,12 +18,14 @@ from sim.motion.gait import (
     airborne_share,
     cadence,
     fit_cycle,
-    gait_distance,
+    gait_point,
     movement_of,
+    point_distance,
     stride_phase,
     with_run,
 )
 from stylizer.styles.stride_residual import rest_unsure_joints, stride_residual
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, take_batch
 
 BODY = slice(0, LAYOUT["root"].start)  # the features that are not the root's path
 WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
@@ -101,7 +104,8 @@ def _root_velocity(features: np.ndarray) -> np.ndarray:
     return features[..., 0, LAYOUT["root"]].reshape(-1, 3).astype(float).mean(axis=0)
 
 
-class Gait(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Gait:
     """What is known of a style's clips without any network: n clips.
 
     movements: their names; root_velocities (n, 3); runs (n,) 1 where the clip is a run; cadences (n,) strides a second,
@@ -139,10 +143,15 @@ class Gait(NamedTuple):
         """How much each clip counts (..., n), sums of 1, for a content that moves at root velocities (..., 3).
 
         Inverse distance weighting (Shepard 1968): smooth, exact at the clips, and needs no grid."""
-        content = with_run(np.asarray(root_velocity, dtype=float))[..., None, :]
-        weights = (gait_distance(content, self.gaits) + NEAREST**2) ** -2
+        content = gait_point(with_run(np.asarray(root_velocity, dtype=float)))[..., None, :]
+        weights = 1 / np.square(point_distance(content, self._points) + NEAREST**2)
         weights = np.maximum(weights / weights.sum(axis=-1, keepdims=True) - LEAST_WEIGHT, 0.0)
         return weights / weights.sum(axis=-1, keepdims=True)
+
+    @cached_property
+    def _points(self) -> np.ndarray:
+        """(n, 5) of the clips, see sim.motion.gait.gait_point."""
+        return gait_point(self.gaits)
 
     def pace_of(self, movement: str, own: "Gait") -> tuple[float, float]:
         """How this style walks or runs, for a controller whose own gait is `own`: the speed in metres a second that is
@@ -204,20 +213,35 @@ class StyleClips:
     def at(self, root_velocity: np.ndarray) -> Encoded:
         """The style for contents that move at root velocities (B, 3), as a batch of B, or (3,), as a batch of 1; a code
         (B, C) or (C,)."""
-        weights = torch.from_numpy(self.gait.weights(root_velocity).astype(np.float32))
+        weights = self.gait.weights(root_velocity).astype(np.float32)
         if isinstance(self.features, Tensor):
-            return weights @ self.features
-        weights = torch.atleast_2d(weights)
-        counting = weights.any(dim=0).nonzero()[:, 0]
-        mixed = weights[:, counting] @ self._flat[counting]
-        shapes = {name: (values.shape[0], *values.shape[2:]) for name, values in self.features.items()}
-        pieces = mixed.split([int(np.prod(shape)) for shape in shapes.values()], dim=1)
-        return {name: flat.unflatten(1, shape).transpose(0, 1) for (name, shape), flat in zip(shapes.items(), pieces)}
+            return torch.from_numpy(weights) @ self.features
+        weights = np.atleast_2d(weights)
+        counting = np.flatnonzero(weights.any(axis=0))
+        if weights.shape[0] == counting.size == 1:
+            return self._clips[counting[0]]
+        mixed = torch.mm(torch.from_numpy(weights[:, counting]), torch.from_numpy(self._flat[counting])).numpy()
+        return {
+            name: torch.from_numpy(mixed[:, numbers].reshape(-1, *shape).swapaxes(0, 1))
+            for name, (numbers, shape) in self._layout.items()
+        }
 
     @cached_property
-    def _flat(self) -> Tensor:
+    def _clips(self) -> list[StyleFeatures]:
+        """Each clip by itself, as a batch of 1."""
+        return [take_batch(self.features, slice(place, place + 1)) for place in range(len(self.gait.movements))]
+
+    @cached_property
+    def _flat(self) -> np.ndarray:
         """(n, N): each clip's features one after the other, so that clips are interpolated by a single product."""
-        return torch.cat([values.transpose(0, 1).flatten(1) for values in self.features.values()], dim=1)
+        return torch.cat([values.transpose(0, 1).flatten(1) for values in self.features.values()], dim=1).numpy()
+
+    @cached_property
+    def _layout(self) -> dict[str, tuple[slice, tuple[int, ...]]]:
+        """Where each of the features is among the N numbers of a clip, and its shape in one clip."""
+        shapes = {name: (values.shape[0], *values.shape[2:]) for name, values in self.features.items()}
+        ends = np.cumsum([math.prod(shape) for shape in shapes.values()]).tolist()
+        return {name: (slice(end - math.prod(shape), end), shape) for end, (name, shape) in zip(ends, shapes.items())}
 
 
 def single_clip(features: Encoded, motion: np.ndarray) -> StyleClips:

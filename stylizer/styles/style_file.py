@@ -1,6 +1,7 @@
 """Style files: what a style's clips were encoded to, and what is known of their gait, as safetensors with a header."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Sequence
 
@@ -90,7 +91,7 @@ def read_gait(header: dict[str, str], tensors: dict[str, torch.Tensor]) -> Gait:
         windows = [w.astype(np.float32) for w in read_windows(tensors)]
         movements = [Movement("walk", w, w.reshape(-1, JOINT_COUNT, FEATURES)[:1], (0.0, 0.0)) for w in windows]
         gait = Gait.of(movements)
-        return gait._replace(movements=tuple(map(movement_of, gait.root_velocities)))
+        return replace(gait, movements=tuple(map(movement_of, gait.root_velocities)))
     return gait_from(tensors, json.loads(header["movements"]))
 
 

@@ -49,7 +49,7 @@ def own_motion(features: np.ndarray, name: str = "walk_1.2", controller: str = C
     shown = movement(features, name)
     starts = np.linspace(0, len(features) - SHORTEST, len(shown.windows)).round().astype(int)
     phase = stride_phase(features)[starts[:, None] + STRIDE * np.arange(WINDOW)]
-    return OwnMotion([shown.windows], [phase], Gait.of([shown])._replace(residual=None), controller)
+    return OwnMotion([shown.windows], [phase], replace(Gait.of([shown]), residual=None), controller)
 
 
 def write_style(folder, name: str, model, fingerprint: str, movements: list[Movement], own: OwnMotion, **header):

@@ -10,6 +10,8 @@ StyleFeatures = dict[str, Tensor]  # what a network keeps of a style, by name: (
 
 def stack_parts(styles: Sequence[StyleFeatures]) -> StyleFeatures:
     """One style that is the first's in the first of the five body parts, the second's in the second ... (Eq. 5)."""
+    if all(style is styles[0] for style in styles):
+        return styles[0]
     return {name: torch.stack([style[name][part] for part, style in enumerate(styles)]) for name in styles[0]}
 
 

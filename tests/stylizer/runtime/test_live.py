@@ -272,8 +272,8 @@ def musical(bank):
     loop = np.zeros((60, 21, 3))
     loop[:, 15, 2], loop[:, 12, 0] = 0.4 * np.sin(2 * np.pi * time), 0.2 * np.sin(np.pi * time)
     style = bank["other"]
-    bank._styles["musical"] = replace(style, gait=style.gait._replace(residual=loop))
-    bank._styles["other"] = replace(style, gait=style.gait._replace(residual=None))
+    bank._styles["musical"] = replace(style, gait=replace(style.gait, residual=loop))
+    bank._styles["other"] = replace(style, gait=replace(style.gait, residual=None))
     return loop
 
 
@@ -316,8 +316,8 @@ def paced(bank):
     style = bank["other"]
     bank._styles["slow"] = replace(
         style,
-        gait=style.gait._replace(
-            movements=("walk",), root_velocities=np.array([[0.0, 0.6, 0.0]]), cadences=np.array([0.8])
+        gait=replace(
+            style.gait, movements=("walk",), root_velocities=np.array([[0.0, 0.6, 0.0]]), cadences=np.array([0.8])
         ),
     )
     stylizer = make_stylizer(bank)
@@ -382,5 +382,5 @@ def test_a_style_learned_anew_under_the_same_name_has_its_own_pace(paced, walk):
     legs = {"left_leg": ("slow", 1.0), "right_leg": ("slow", 1.0)}
     asked_pace(stylizer, walk, legs)
     slow = stylizer.bank["slow"]
-    stylizer.bank._styles["slow"] = replace(slow, gait=slow.gait._replace(cadences=np.array([1.1])))
+    stylizer.bank._styles["slow"] = replace(slow, gait=replace(slow.gait, cadences=np.array([1.1])))
     assert asked_pace(stylizer, walk, legs)[1] == pytest.approx(1.1, abs=1e-3) != pace[1]

@@ -26,7 +26,7 @@ from stylizer.styles.bank import own_motion_file
 from stylizer.styles.code_bank import CodeBank, build_codes
 from stylizer.styles.keypoints_2d import TORSO
 from stylizer.styles.style_clips import Gait, OwnMotion
-from stylizer.styles.style_file import read_checked, read_own_motion, read_windows, write_own_motion
+from stylizer.styles.style_file import GAIT_NUMBERS, read_checked, read_own_motion, read_windows, write_own_motion
 from stylizer.systems import checkpoint, diverse, latent, unpaired
 from stylizer.systems.registry import SYSTEMS
 from stylizer.systems.whole_body import combine_joints, complete_features, joints_by_code
@@ -263,7 +263,9 @@ def own_file(tmp_path_factory):
     """What the package keeps of the controller's motion, but for three movements only."""
     motion = read_own_motion(own_motion_file())
     few = [motion.gait.movements.index(name) for name in ("stand", "walk_1.3", "run_3.0")]
-    gait = Gait(tuple(motion.gait.movements[i] for i in few), *(values[few] for values in motion.gait[1:-1]), None)
+    gait = Gait(
+        tuple(motion.gait.movements[i] for i in few), *(getattr(motion.gait, key)[few] for key in GAIT_NUMBERS), None
+    )
     path = own_motion_file(tmp_path_factory.mktemp("own"))
     own = OwnMotion([motion.windows[i] for i in few], [motion.phases[i] for i in few], gait, motion.controller)
     write_own_motion(path, own)
