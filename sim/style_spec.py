@@ -2,6 +2,7 @@
 down."""
 
 import json
+from functools import cached_property
 from typing import Any, Iterator, Mapping, NamedTuple, Sequence
 
 from sim.body.skeleton import PART_NAMES, expand_part
@@ -76,7 +77,7 @@ class StyleSpec(Mapping[str, PartSpec]):
     def __repr__(self) -> str:
         return f"StyleSpec({self.to_json()})"
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The styles of all parts, each once."""
         return tuple(dict.fromkeys(name for spec in self._parts.values() for name in spec.names))

@@ -50,4 +50,5 @@ class DecoderStylizer(LiveStylizer):
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         with torch.inference_mode():
             motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            return attention_map(self.bank.model, motion, self.mixers[0].styles(self.bank)[0], PART_NAMES.index(part))
+            style, _ = self._styles([0], FIRST)
+            return attention_map(self.bank.model, motion, style, PART_NAMES.index(part))

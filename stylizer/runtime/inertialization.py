@@ -29,8 +29,7 @@ class Inertializer:
         to be told anew."""
         if jumping.any():
             gap, rate = _apart(self._last, (turns, shift)), _apart(self._last, self._before) / DT
-            for state, fresh in zip(self.offset, (gap, rate, 0.0)):
-                np.copyto(state, fresh, where=jumping[..., None])
+            np.copyto(self.offset, [gap, rate, 0.0 * gap], where=jumping[..., None])
         if self.offset.any():
             where, rate, change = self.offset
             self.offset = np.array(soft_spring_step(where, rate, change, 0.0, HALFLIFE, DT))

@@ -6,7 +6,7 @@ import torch
 from sim.body.skeleton import PART_NAMES
 from sim.motion.clip import FPS
 from sim.motion.features import STRIDE, WINDOW
-from stylizer.runtime.live import LiveStylizer
+from stylizer.runtime.live import FIRST, LiveStylizer
 from stylizer.runtime.style_mixer import BODY
 from stylizer.styles.joint_tokens import AHEAD, SMOOTHING
 from stylizer.systems.motion_puzzle.joint_inference import to_joint_inference
@@ -38,6 +38,6 @@ class JointStylizer(LiveStylizer):
             raise ValueError("these stylizer weights were trained without attention")
         with torch.inference_mode():
             motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            query = model.queries(motion, self.mixers[0].own(self.bank), WINDOW)
-            keys = self.mixers[0].styles(self.bank)[0]["keys"]
-            return model.attention(query, keys)[PART_NAMES.index(part), 0, 1::2].numpy()
+            style, own = self._styles([0], FIRST)
+            query = model.queries(motion, own, WINDOW)
+            return model.attention(query, style["keys"])[PART_NAMES.index(part), 0, 1::2].numpy()

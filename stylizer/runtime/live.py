@@ -36,7 +36,7 @@ from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.own_style import OWN
 from stylizer.styles.stride_residual import play_residual
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, cat_batch, write_slot
+from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, unpack
 
 GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
 # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
@@ -62,8 +62,8 @@ class LiveStylizer:
 
     def _prepare(self) -> None:
         """What the network needs before it is evaluated."""
-        # by who is evaluated: each one's style, and those side by side
-        self._kept: dict[tuple, tuple[list[StyleFeatures], StyleFeatures]] = {}
+        # by who is evaluated: each one's style, all their numbers, and those as features
+        self._kept: dict[tuple, tuple[list[np.ndarray], np.ndarray, StyleFeatures]] = {}
 
     def _evaluate(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """The newest poses of these characters' windows (n, 16, 21, 15) in their FIRST or OTHER styles, and in their
@@ -136,14 +136,15 @@ class LiveStylizer:
         switching = self._together([mixer.step(each) for mixer, each in zip(self.mixers, styles, strict=True)])
         strengths = self._together([mixer.strengths for mixer in self.mixers])
         self._styled = styled = self._together([mixer.styled for mixer in self.mixers])
-        self._travel = np.broadcast_to(travel, self._leading).reshape(-1)
+        self._travel = np.reshape(travel, (-1, 1))
         self.frame += 1
         if not strengths.any() and not self.inertializer.offset.any():
             self._was_styled[:] = False
             self.inertializer = Inertializer(self._leading)
             return neutral
-        worn = (strengths > 0)[..., PART_OF_ROW]
-        worn[..., -1] |= (strengths[..., LEG_PARTS] > 0).all(axis=-1)
+        parts_worn = strengths > 0
+        worn = parts_worn[..., PART_OF_ROW]
+        worn[..., -1] |= parts_worn[..., LEG_PARTS].all(axis=-1)
         jumping = switching[..., PART_OF_ROW] & self._was_styled
         fresh = worn & (~self._was_styled | jumping)  # these have no past to be smooth with
         self._was_styled = worn
@@ -300,8 +301,8 @@ class LiveStylizer:
 
     def _root_velocities(self, windows: np.ndarray) -> np.ndarray:
         """(2, n, 3) of the characters' bodies, and of the neutral motion that they make it from."""
-        result = np.array([windows[:, :, 0, LAYOUT["root"]].mean(axis=1)] * 2)
-        result[BODY, :, :2] *= self._travel[:, None]
+        result = np.array([windows[:, :, 0, LAYOUT["root"]].sum(axis=1) / windows.shape[1]] * 2)
+        result[BODY, :, :2] *= self._travel
         return result
 
     def _styles(self, ones: list[int], which: int) -> tuple[StyleFeatures, StyleFeatures]:
@@ -312,17 +313,18 @@ class LiveStylizer:
             self._side_by_side(ones, OWN, [mixer.own(self.bank) for mixer in mixers]),
         )
 
-    def _side_by_side(self, ones: list[int], kind: int | str, styles: list[StyleFeatures]) -> StyleFeatures:
-        """Styles of characters along the batch, put together once and kept until one of them changes."""
-        if len(styles) == 1:
-            return styles[0]
+    def _side_by_side(self, ones: list[int], kind: int | str, styles: list[np.ndarray]) -> StyleFeatures:
+        """Styles of characters along the batch, put together once; after that those are written anew that change."""
         key = (kind, *ones)
-        before, result = self._kept.pop(key, (styles, None))
-        result = result or cat_batch(styles)
-        for place, (style, old) in enumerate(zip(styles, before)):
-            if style is not old:
-                write_slot(style, result, place)
-        self._kept[key] = styles, result
+        if key in self._kept:
+            before, numbers, result = self._kept.pop(key)
+            for place, (style, old) in enumerate(zip(styles, before)):
+                if style is not old:
+                    numbers[place] = style[0]
+        else:
+            numbers = np.concatenate(styles)
+            result = unpack(numbers, self.bank[OWN].features)
+        self._kept[key] = styles, numbers, result
         if len(self._kept) > 2 * KEPT * (1 + len(self.mixers) // GROUP):
             del self._kept[next(iter(self._kept))]
         return result

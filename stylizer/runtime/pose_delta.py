@@ -72,7 +72,7 @@ def preserve_hands(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
 
     strengths: (..., 2) of the left and the right arm; an arm in between gives way in between."""
     own = np.maximum(1 - strengths, 0)
-    if not own.any():
+    if own.max() < 1e-9:
         return styled
     moved = styled.positions[..., SHOULDERS, :] - content.positions[..., SHOULDERS, :]
     carried = (moved - (styled.hips - content.hips)[..., None, :]) * own[..., None]

@@ -11,7 +11,6 @@ from sim.motion.clip import FPS
 from sim.style_spec import PartSpec, StyleSpec
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.own_style import OWN
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, stack_parts
 
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 NEGLIGIBLE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
@@ -34,7 +33,7 @@ class StyleMixer:
         self.waited = self._until = 0  # frames since it was evaluated, and until it is again
         # (2, 3) that styles are interpolated for: of the body, and of the neutral motion, whose own style is taken off.
         self.root_velocities = np.full((2, 3), np.inf)
-        self._kept: dict[tuple, StyleFeatures] = {}  # styles at that velocity, by the names of the five parts' styles
+        self._kept: dict[tuple, np.ndarray] = {}  # styles at that velocity, by the names of the five parts' styles
 
     @property
     def strengths(self) -> list[float]:
@@ -103,20 +102,22 @@ class StyleMixer:
             self.root_velocities = np.array([body, neutral])
             self._kept.clear()
 
-    def own(self, bank: StyleBank) -> StyleFeatures:
-        """The own style at this velocity, for all parts."""
+    def own(self, bank: StyleBank) -> np.ndarray:
+        """The own style at this velocity, for all parts: numbers (1, 5, N), see
+        stylizer.systems.motion_puzzle.style_tensors.pack."""
         return self._style(bank, (OWN,) * len(PART_NAMES), NEUTRAL)
 
-    def styles(self, bank: StyleBank) -> list[StyleFeatures]:
-        """The styles of the five parts at this velocity, side by side in one; where any of them is blended with
-        another style, those as a second one."""
+    def styles(self, bank: StyleBank) -> list[np.ndarray]:
+        """The styles of the five parts at this velocity, side by side in one (1, 5, N); where any of them is blended
+        with another style, those as a second one."""
         names = [tuple(getattr(part, key) for part in self.parts) for key in ("name", "other")]
         return [self._style(bank, each, BODY) for each in names[: 1 + any(self.shares)]]
 
-    def _style(self, bank: StyleBank, names: tuple[str, ...], whose: int) -> StyleFeatures:
+    def _style(self, bank: StyleBank, names: tuple[str, ...], whose: int) -> np.ndarray:
         if (names, whose) not in self._kept:
-            each = {name: bank[name].at(self.root_velocities[whose]) for name in dict.fromkeys(names)}
-            self._kept[names, whose] = stack_parts([each[name] for name in names])
+            each = {name: bank[name].numbers_at(self.root_velocities[whose]) for name in dict.fromkeys(names)}
+            parts = [each[name][:, part] for part, name in enumerate(names)]
+            self._kept[names, whose] = np.stack(parts, axis=1) if len(each) > 1 else each[names[0]]
         return self._kept[names, whose]
 
 

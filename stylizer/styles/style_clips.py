@@ -1,7 +1,6 @@
 """A style as one or more clips show it: walking, running, backing ... each encoded by itself, interpolated by root
 velocity."""
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Sequence
@@ -25,7 +24,7 @@ from sim.motion.gait import (
     with_run,
 )
 from stylizer.styles.stride_residual import rest_unsure_joints, stride_residual
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, take_batch
+from stylizer.systems.motion_puzzle.style_tensors import pack, unpack
 
 BODY = slice(0, LAYOUT["root"].start)  # the features that are not the root's path
 WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
@@ -213,35 +212,24 @@ class StyleClips:
     def at(self, root_velocity: np.ndarray) -> Encoded:
         """The style for contents that move at root velocities (B, 3), as a batch of B, or (3,), as a batch of 1; a code
         (B, C) or (C,)."""
-        weights = self.gait.weights(root_velocity).astype(np.float32)
         if isinstance(self.features, Tensor):
-            return torch.from_numpy(weights) @ self.features
-        weights = np.atleast_2d(weights)
+            return torch.from_numpy(self.gait.weights(root_velocity).astype(np.float32)) @ self.features
+        return unpack(self.numbers_at(root_velocity), self.features)
+
+    def numbers_at(self, root_velocity: np.ndarray) -> np.ndarray:
+        """The same as numbers (B, 5, N) of `pack`; a clip that counts alone is not copied. Not for a whole-body
+        system."""
+        weights = np.atleast_2d(self.gait.weights(root_velocity).astype(np.float32))
         counting = np.flatnonzero(weights.any(axis=0))
-        if weights.shape[0] == counting.size == 1:
-            return self._clips[counting[0]]
-        mixed = torch.mm(torch.from_numpy(weights[:, counting]), torch.from_numpy(self._flat[counting])).numpy()
-        return {
-            name: torch.from_numpy(mixed[:, numbers].reshape(-1, *shape).swapaxes(0, 1))
-            for name, (numbers, shape) in self._layout.items()
-        }
+        if len(weights) == len(counting) == 1:
+            return self._numbers[counting[0], None]
+        clips = torch.from_numpy(self._numbers[counting])
+        return torch.mm(torch.from_numpy(weights[:, counting]), clips.flatten(1)).view(-1, *clips.shape[1:]).numpy()
 
     @cached_property
-    def _clips(self) -> list[StyleFeatures]:
-        """Each clip by itself, as a batch of 1."""
-        return [take_batch(self.features, slice(place, place + 1)) for place in range(len(self.gait.movements))]
-
-    @cached_property
-    def _flat(self) -> np.ndarray:
-        """(n, N): each clip's features one after the other, so that clips are interpolated by a single product."""
-        return torch.cat([values.transpose(0, 1).flatten(1) for values in self.features.values()], dim=1).numpy()
-
-    @cached_property
-    def _layout(self) -> dict[str, tuple[slice, tuple[int, ...]]]:
-        """Where each of the features is among the N numbers of a clip, and its shape in one clip."""
-        shapes = {name: (values.shape[0], *values.shape[2:]) for name, values in self.features.items()}
-        ends = np.cumsum([math.prod(shape) for shape in shapes.values()]).tolist()
-        return {name: (slice(end - math.prod(shape), end), shape) for end, (name, shape) in zip(ends, shapes.items())}
+    def _numbers(self) -> np.ndarray:
+        """(n, 5, N) of all clips."""
+        return pack(self.features)
 
 
 def single_clip(features: Encoded, motion: np.ndarray) -> StyleClips:

@@ -1,7 +1,9 @@
 """Styles put together from styles: each body part its own, two of them blended, many side by side in a batch."""
 
+import math
 from typing import Sequence
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -10,8 +12,6 @@ StyleFeatures = dict[str, Tensor]  # what a network keeps of a style, by name: (
 
 def stack_parts(styles: Sequence[StyleFeatures]) -> StyleFeatures:
     """One style that is the first's in the first of the five body parts, the second's in the second ... (Eq. 5)."""
-    if all(style is styles[0] for style in styles):
-        return styles[0]
     return {name: torch.stack([style[name][part] for part, style in enumerate(styles)]) for name in styles[0]}
 
 
@@ -21,10 +21,20 @@ def interpolate(first: StyleFeatures, other: StyleFeatures, shares: Sequence[flo
     return {name: torch.lerp(one, other[name], _beside(share, one)) for name, one in first.items()}
 
 
-def write_slot(style: StyleFeatures, together: StyleFeatures, place: int) -> None:
-    """Writes a style over the one at this place of several that lie side by side along the batch."""
-    for name, values in style.items():
-        together[name][:, place] = values[:, 0]
+def pack(style: StyleFeatures) -> np.ndarray:
+    """All numbers of a style in one array (B, 5, N), so that a single operation interpolates or copies them."""
+    return torch.cat([style[name].transpose(0, 1).flatten(2) for name in sorted(style)], dim=2).numpy()
+
+
+def unpack(numbers: np.ndarray, like: StyleFeatures) -> StyleFeatures:
+    """The style that `pack` made numbers (B, 5, N) of, one of the same network as `like`; it sees them as they are
+    now, whatever is written into them."""
+    result, end = {}, 0
+    for name in sorted(like):
+        shape = like[name].shape[2:]
+        start, end = end, end + math.prod(shape)
+        result[name] = torch.from_numpy(numbers[..., start:end].reshape(*numbers.shape[:2], *shape).swapaxes(0, 1))
+    return result
 
 
 def mix_parts(own: StyleFeatures, other: StyleFeatures, use_other: Tensor) -> StyleFeatures:

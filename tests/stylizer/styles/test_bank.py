@@ -1,6 +1,7 @@
 """Weight files and the style bank: what fits is read, what does not is refused in one clear sentence."""
 
 import json
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from tests.support.walker import CYCLE, SPEED, planted_clip, walking_clip
 
 def same(a, b):
     """Whether two styles are equal to the last bit, features and gait."""
-    gaits = zip(a.gait, b.gait)
+    gaits = ((getattr(a.gait, field.name), getattr(b.gait, field.name)) for field in fields(a.gait))
     return all(torch.equal(values, b.features[name]) for name, values in a.features.items()) and all(
         np.array_equal(x, y) if isinstance(x, np.ndarray) else x == y for x, y in gaits
     )
