@@ -40,18 +40,17 @@ def lag(halflife: float) -> float:
 
 
 def soft_spring_step(
-    x: np.ndarray, v: np.ndarray, a: np.ndarray, target: np.ndarray | float, halflife: float, dt: float
+    x: np.ndarray, v: np.ndarray, a: np.ndarray, halflife: float, dt: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, velocity and acceleration of a spring of third order after dt seconds, exactly: its acceleration never
-    jumps, so a gap that opens in one frame is closed without a jolt."""
+    """Position, velocity and acceleration of a spring of third order that pulls to 0, after dt seconds, exactly: its
+    acceleration never jumps, so a gap that opens in one frame is closed without a jolt."""
     y = 2.674 / max(halflife, 1e-6)  # the root of (1 + y + y^2 / 2) exp(-y) = 1/2
-    j0 = x - target
-    j1 = v + j0 * y
+    j1 = v + x * y
     j2 = (a + (v + j1) * y) / 2
     e = math.exp(-y * dt)
-    x, v = e * (j0 + (j1 + j2 * dt) * dt), e * (j1 + 2 * j2 * dt)
+    x, v = e * (x + (j1 + j2 * dt) * dt), e * (j1 + 2 * j2 * dt)
     v, a = v - y * x, 2 * (e * j2 - y * v) + y * y * x
-    return x + target, v, a
+    return x, v, a
 
 
 def spring_travel(
@@ -72,5 +71,6 @@ def response(
     """A spring as a matrix (..., 3): what it gives at `times` is this times (where, how fast, target), for it is linear
     in them.
 
-    spring: spring_step, whose positions come before its velocities, or spring_travel."""
+    spring: spring_step, whose positions come before its velocities, spring_travel, or soft_spring_step, whose matrix
+    takes and gives (where, how fast, how much faster)."""
     return np.stack([np.concatenate(np.atleast_2d(spring(*unit, halflife, times))) for unit in np.eye(3)], axis=-1)

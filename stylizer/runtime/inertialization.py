@@ -7,12 +7,13 @@ import numpy as np
 
 from sim.body.skeleton import JOINT_COUNT
 from sim.math import rotations as rot
-from sim.math.springs import soft_spring_step
+from sim.math.springs import response, soft_spring_step
 from sim.motion.clip import FPS
 
 HALFLIFE = 0.22  # seconds in which half of a gap is closed
 SETTLED = 1e-5  # radians, metres
 DT = 1 / FPS
+CLOSE = response(soft_spring_step, HALFLIFE, DT)  # (3, 3) a frame of the spring
 
 
 class Inertializer:
@@ -31,8 +32,7 @@ class Inertializer:
             gap, rate = _apart(self._last, (turns, shift)), _apart(self._last, self._before) / DT
             np.copyto(self.offset, [gap, rate, 0.0 * gap], where=jumping[..., None])
         if self.offset.any():
-            where, rate, change = self.offset
-            self.offset = np.array(soft_spring_step(where, rate, change, 0.0, HALFLIFE, DT))
+            self.offset = (CLOSE @ self.offset.reshape(3, -1)).reshape(self.offset.shape)
             if np.abs(self.offset).max() < SETTLED:
                 self.offset[:] = 0.0
             offset = self.offset[0]

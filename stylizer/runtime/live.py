@@ -14,7 +14,7 @@ from sim.body.pose import Pose
 from sim.body.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
 from sim.command import GAIT_SPEEDS
 from sim.math import rotations as rot
-from sim.math.springs import spring_step
+from sim.math.springs import response, spring_step
 from sim.motion.clip import FPS, Clip
 from sim.motion.features import LAYOUT
 from sim.protocols import Stylizer
@@ -117,7 +117,8 @@ class LiveStylizer:
         self._paces: dict[tuple[str, str], tuple[object, np.ndarray]] = {}  # by style and gait
         rows = *self._leading, JOINT_COUNT + 1, 3
         self._raw = np.zeros((2, *rows))  # the last deltas of FIRST and OTHER, unwrapped
-        self._delta, self._rate = np.zeros((2, *rows))  # smoothed, and how fast it changes
+        self._smoothing = response(spring_step, self.SMOOTHING, 1 / FPS)  # (2, 3) a frame of the spring
+        self._follower = np.zeros((3, *rows))  # the delta smoothed, how fast it changes, and what it follows
         self._was_styled = np.zeros(rows[:-1], dtype=bool)
 
     def step(
@@ -219,11 +220,13 @@ class LiveStylizer:
 
     def _smoothed(self, delta: np.ndarray, fresh: np.ndarray) -> np.ndarray:
         """The delta (..., 22, 3) smoothed in time; rows that are fresh (..., 22) start with what they are."""
-        self._delta, self._rate = spring_step(self._delta, self._rate, delta, self.SMOOTHING, 1 / FPS)
+        smoothed, rate, wanted = self._follower
+        wanted[:] = delta
         if fresh.any():
-            np.copyto(self._delta, delta, where=fresh[..., None])
-            np.copyto(self._rate, 0.0, where=fresh[..., None])
-        return self._delta
+            np.copyto(smoothed, delta, where=fresh[..., None])
+            np.copyto(rate, 0.0, where=fresh[..., None])
+        self._follower[:2] = (self._smoothing @ self._follower.reshape(3, -1)).reshape(2, *delta.shape)
+        return smoothed
 
     def _deltas(self, window: np.ndarray, fresh: np.ndarray) -> np.ndarray:
         """The delta (..., 22, 3) that the styles ask for in this frame, where a part is blended with another style on

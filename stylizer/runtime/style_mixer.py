@@ -14,6 +14,7 @@ from stylizer.styles.own_style import OWN
 
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 NEGLIGIBLE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
+ARRIVED = 1e-12  # a value as near as this to the wanted one, that changes as little, is there
 SAME_VELOCITY = 0.01  # metres a second, radians a second: styles are not interpolated anew for less
 BODY, NEUTRAL = 0, 1  # whose root velocity
 DT = 1 / FPS
@@ -159,5 +160,7 @@ class _Part:
 
 
 def _glide(value: float, rate: float, wanted: float) -> tuple[float, float]:
-    """A frame's step on the way to the wanted value; what is there stays."""
-    return (value, rate) if value == wanted and not rate else spring_step(value, rate, wanted, STRENGTH_HALFLIFE, DT)
+    """A frame's step on the way to the wanted value, which is arrived at in the end."""
+    if max(abs(value - wanted), abs(rate)) < ARRIVED:
+        return wanted, 0.0
+    return spring_step(value, rate, wanted, STRENGTH_HALFLIFE, DT)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from demo.assemble import build_session
+from sim.math.springs import response, soft_spring_step
 from stylizer.evaluation.live_benchmark import (
     GROUP_JOINTS,
     MOVEMENTS,
@@ -117,6 +118,7 @@ def test_the_table_shows_every_movement(walks):
 def test_a_switch_is_counted_where_a_joint_whips_round(session, monkeypatch):
     calm = measure_switches(session, ["old", "proud"], count=3)
     assert calm["count"] == 2 and calm["over_1500_deg_s"] == calm["over_15_cm"] == 0
-    monkeypatch.setattr("stylizer.runtime.inertialization.HALFLIFE", 1e-3)  # no smoothing at all
+    no_smoothing = response(soft_spring_step, 1e-3, 1 / 60)
+    monkeypatch.setattr("stylizer.runtime.inertialization.CLOSE", no_smoothing)
     assert measure_switches(session, ["old", "proud"], count=3)["fastest_deg_s"] > max(1500.0, calm["fastest_deg_s"])
     assert 0 < calm["farthest_cm"] <= 15
