@@ -66,7 +66,7 @@ def spring_travel(
 
 
 def response(
-    spring: Callable[..., np.ndarray | tuple[np.ndarray, np.ndarray]], halflife: float, times: np.ndarray | float
+    spring: Callable[..., np.ndarray | tuple[np.ndarray, ...]], halflife: float, times: np.ndarray | float
 ) -> np.ndarray:
     """A spring as a matrix (..., 3): what it gives at `times` is this times (where, how fast, target), for it is linear
     in them.

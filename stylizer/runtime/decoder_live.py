@@ -8,6 +8,7 @@ from sim.motion.features import FEATURES
 from stylizer.runtime.attention import attention_map
 from stylizer.runtime.live import FIRST, OTHER, LiveStylizer
 from stylizer.systems.motion_puzzle.fast_inference import to_inference
+from stylizer.systems.motion_puzzle.style_tensors import to_tensors
 
 
 class DecoderStylizer(LiveStylizer):
@@ -50,5 +51,5 @@ class DecoderStylizer(LiveStylizer):
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         with torch.inference_mode():
             motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            style, _ = self._styles([0], FIRST)
+            style = to_tensors(self._features(self.mixers[0].styles(self.bank)[FIRST]))
             return attention_map(self.bank.model, motion, style, PART_NAMES.index(part))

@@ -10,6 +10,7 @@ from stylizer.runtime.live import FIRST, LiveStylizer
 from stylizer.runtime.style_mixer import BODY
 from stylizer.styles.joint_tokens import AHEAD, SMOOTHING
 from stylizer.systems.motion_puzzle.joint_inference import to_joint_inference
+from stylizer.systems.motion_puzzle.style_tensors import to_tensors
 
 STEADY = 2  # samples over which a pose's velocity is measured
 
@@ -38,6 +39,8 @@ class JointStylizer(LiveStylizer):
             raise ValueError("these stylizer weights were trained without attention")
         with torch.inference_mode():
             motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            style, own = self._styles([0], FIRST)
-            query = model.queries(motion, own, WINDOW)
-            return model.attention(query, style["keys"])[PART_NAMES.index(part), 0, 1::2].numpy()
+            mixer = self.mixers[0]
+            numbers = mixer.styles(self.bank)[FIRST], mixer.own(self.bank)
+            style, own = (to_tensors(self._features(each)) for each in numbers)
+            weights = model.attention(model.queries(motion, own, WINDOW), style["keys"])
+            return weights[PART_NAMES.index(part), 0, 1::2].numpy()

@@ -6,7 +6,7 @@ exactly, and the network's noise is damped."""
 
 from itertools import groupby
 from pathlib import Path
-from typing import Callable, Mapping, Sequence
+from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -36,7 +36,7 @@ from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.own_style import OWN
 from stylizer.styles.stride_residual import play_residual
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, unpack
+from stylizer.systems.motion_puzzle.style_tensors import NumpyFeatures, unpack
 
 GROUP = 16  # characters that are evaluated at a time: so many windows at once are quickest, for they stay in the caches
 # joined styles that are kept for a group: of those whose turn it is, of all, and of a frame in which a style changes
@@ -51,6 +51,7 @@ class LiveStylizer:
     SMOOTHING = 0.05  # half-life in seconds of the spring that what the network changes follows
     BLENDS = True  # a part's two styles are evaluated each by itself, and their rotations are blended
     PERIOD = 4  # frames after which styles are interpolated anew
+    _network: Any  # what evaluates windows; `prepare` says how it takes styles
 
     def __init__(self, bank: StyleBank, crowd: tuple[int, ...] = ()) -> None:
         """crowd: (N,) for N characters, with whom every array has one more axis in front; none for one character."""
@@ -62,8 +63,8 @@ class LiveStylizer:
 
     def _prepare(self) -> None:
         """What the network needs before it is evaluated."""
-        # by who is evaluated: each one's style, all their numbers, and those as features
-        self._kept: dict[tuple, tuple[list[np.ndarray], np.ndarray, StyleFeatures]] = {}
+        # by who is evaluated: each one's style, all their numbers, and those as the network takes them
+        self._kept: dict[tuple, tuple[Sequence[np.ndarray | None], np.ndarray, Any]] = {}
 
     def _evaluate(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """The newest poses of these characters' windows (n, 16, 21, 15) in their FIRST or OTHER styles, and in their
@@ -308,26 +309,29 @@ class LiveStylizer:
         result[BODY, :, :2] *= self._travel
         return result
 
-    def _styles(self, ones: list[int], which: int) -> tuple[StyleFeatures, StyleFeatures]:
-        """These characters' styles and their own styles, each side by side along the batch."""
+    def _styles(self, ones: list[int], which: int) -> tuple[Any, Any]:
+        """These characters' styles and their own styles, each side by side along the batch, as the network takes
+        them."""
         mixers = [self.mixers[one] for one in ones]
         return (
             self._side_by_side(ones, which, [mixer.styles(self.bank)[which] for mixer in mixers]),
             self._side_by_side(ones, OWN, [mixer.own(self.bank) for mixer in mixers]),
         )
 
-    def _side_by_side(self, ones: list[int], kind: int | str, styles: list[np.ndarray]) -> StyleFeatures:
+    def _side_by_side(self, ones: list[int], kind: int | str, styles: list[np.ndarray]) -> Any:
         """Styles of characters along the batch, put together once; after that those are written anew that change."""
         key = (kind, *ones)
-        if key in self._kept:
-            before, numbers, result = self._kept.pop(key)
-            for place, (style, old) in enumerate(zip(styles, before)):
-                if style is not old:
-                    numbers[place] = style[0]
-        else:
-            numbers = np.concatenate(styles)
-            result = unpack(numbers, self.bank[OWN].features)
-        self._kept[key] = styles, numbers, result
+        before, numbers, prepared = self._kept.pop(key, None) or ([None] * len(ones), np.concatenate(styles), None)
+        changed = [place for place, (style, old) in enumerate(zip(styles, before)) if style is not old]
+        for place in changed:
+            numbers[place] = styles[place][0]
+        if changed:
+            prepared = self._network.prepare(self._features(numbers))
+        self._kept[key] = styles, numbers, prepared
         if len(self._kept) > 2 * KEPT * (1 + len(self.mixers) // GROUP):
             del self._kept[next(iter(self._kept))]
-        return result
+        return prepared
+
+    def _features(self, numbers: np.ndarray) -> NumpyFeatures:
+        """The features of a style's numbers."""
+        return unpack(numbers, self.bank[OWN].features)

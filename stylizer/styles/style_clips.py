@@ -24,7 +24,7 @@ from sim.motion.gait import (
     with_run,
 )
 from stylizer.styles.stride_residual import rest_unsure_joints, stride_residual
-from stylizer.systems.motion_puzzle.style_tensors import pack, unpack
+from stylizer.systems.motion_puzzle.style_tensors import pack, to_tensors, unpack
 
 BODY = slice(0, LAYOUT["root"].start)  # the features that are not the root's path
 WINDOW = 32  # samples at 30 Hz, as in training: the encoder has learned the edges of such a window too
@@ -214,7 +214,7 @@ class StyleClips:
         (B, C) or (C,)."""
         if isinstance(self.features, Tensor):
             return torch.from_numpy(self.gait.weights(root_velocity).astype(np.float32)) @ self.features
-        return unpack(self.numbers_at(root_velocity), self.features)
+        return to_tensors(unpack(self.numbers_at(root_velocity), self.features))
 
     def numbers_at(self, root_velocity: np.ndarray) -> np.ndarray:
         """The same as numbers (B, 5, N) of `pack`; a clip that counts alone is not copied. Not for a whole-body

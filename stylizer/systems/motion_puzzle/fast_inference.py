@@ -14,27 +14,9 @@ from sim.body.skeleton import PARTS
 from stylizer.networks.layers import EPSILON, JointLinear, Pool, STConv, Unpool, of_kind
 from stylizer.systems.motion_puzzle.config import Config
 from stylizer.systems.motion_puzzle.model import ROOT, BPStyleNet, MotionPuzzle, PlainBlock, RootCondition
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
+from stylizer.systems.motion_puzzle.style_tensors import NumpyFeatures, StyleFeatures, to_tensors
 
-KEPT = 16  # styles whose numbers are kept at hand
 Condition = tuple[np.ndarray | float, np.ndarray | float]  # what is added to scale and bias
-
-
-NumpyFeatures = dict[str, np.ndarray]  # style_tensors.StyleFeatures as numpy sees them, batch first
-
-
-class NumpyViews:
-    """Styles as numpy sees them; kept for the few that are asked for in turns."""
-
-    def __init__(self) -> None:
-        self._known: dict[int, tuple[StyleFeatures, NumpyFeatures]] = {}
-
-    def __getitem__(self, style: StyleFeatures) -> NumpyFeatures:
-        known = self._known.get(id(style))
-        if known is None or known[0] is not style:
-            known = style, {name: values.numpy().swapaxes(0, 1) for name, values in style.items()}
-            self._known = dict([*self._known.items()][-KEPT:]) | {id(style): known}
-        return known[1]
 
 
 class TorchInference:
@@ -42,6 +24,10 @@ class TorchInference:
 
     def __init__(self, model: MotionPuzzle) -> None:
         self.model = model
+
+    def prepare(self, style: NumpyFeatures) -> StyleFeatures:
+        """A style as the network takes it; to be prepared anew where its numbers change."""
+        return to_tensors(style)
 
     @torch.inference_mode()
     def change(self, windows: np.ndarray, style: StyleFeatures, own: StyleFeatures) -> np.ndarray:
@@ -83,7 +69,6 @@ class FastInference:
         # last samples of level 2 that the last of level 1 can see
         self.needed = (1 + last.reach + 1) // 2
         self.root_condition = _RootCondition(model.root_condition) if model.root_condition else None
-        self._views = NumpyViews()
 
     @staticmethod
     def fits(config: Config) -> bool:
@@ -95,10 +80,14 @@ class FastInference:
             and config.residual_output
         )
 
-    def change(self, windows: np.ndarray, style: StyleFeatures, own: StyleFeatures) -> np.ndarray:
+    def prepare(self, style: NumpyFeatures) -> NumpyFeatures:
+        """As TorchInference.prepare."""
+        return style
+
+    def change(self, windows: np.ndarray, style: NumpyFeatures, own: NumpyFeatures) -> np.ndarray:
         """As TorchInference.change."""
         motion = np.ascontiguousarray(((windows - self.mean) / self.deviation).swapaxes(1, 2), dtype=np.float32)
-        styles = [self._views[style], self._views[own]]
+        styles = [style, own]
         conditions: Mapping[int, Condition] = {3: (0.0, 0.0), 2: (0.0, 0.0)}
         if self.root_condition:
             conditions = self.root_condition(motion)

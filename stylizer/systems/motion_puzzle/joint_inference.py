@@ -8,9 +8,8 @@ import torch
 
 from sim.math.easing import ramp
 from sim.motion.features import WINDOW
-from sim.motion.gait import gait_distance, with_run
+from sim.motion.gait import gait_point, point_distance, with_run
 from sim.motion.thresholds import STANDING_STYLE
-from stylizer.systems.motion_puzzle.fast_inference import NumpyFeatures, NumpyViews
 from stylizer.systems.motion_puzzle.joint_config import JointConfig
 from stylizer.systems.motion_puzzle.joint_model import (
     BODY,
@@ -21,7 +20,7 @@ from stylizer.systems.motion_puzzle.joint_model import (
     SIDEWAYS_OF_PART,
     JointPuzzle,
 )
-from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures
+from stylizer.systems.motion_puzzle.style_tensors import NumpyFeatures, StyleFeatures, to_tensors
 
 SIDEWAYS = SIDEWAYS_OF_PART[:, 0].double().numpy()
 OF_LEGS = LEGS[:, 0].numpy()  # (5, 1) of bool
@@ -32,6 +31,10 @@ class TorchJointInference:
 
     def __init__(self, model: JointPuzzle) -> None:
         self.model = model
+
+    def prepare(self, style: NumpyFeatures) -> StyleFeatures:
+        """A style as the network takes it; to be prepared anew where its numbers change."""
+        return to_tensors(style)
 
     @torch.inference_mode()
     def restyle(
@@ -60,34 +63,41 @@ class FastJointInference:
             for layer in (moments.root, moments.code)
         )
         self.sharpness = np.float32(model.config.sharpness)
-        self._views = NumpyViews()
 
     @staticmethod
     def fits(config: JointConfig) -> bool:
         return config.attention and config.by_part
 
+    def prepare(self, style: NumpyFeatures) -> NumpyFeatures:
+        """As TorchJointInference.prepare: with what a style has to be compared and taken off by."""
+        return style | {
+            "gait_point": gait_point(style["gait"]),
+            "mean_of_joints": self._of_joints(style["mean"])[:, None],
+            "scale_of_joints": self._of_joints(style["deviation"])[:, None] + np.float32(QUIET),
+        }
+
     def restyle(
-        self, windows: np.ndarray, velocities: np.ndarray, style: StyleFeatures, own: StyleFeatures
+        self, windows: np.ndarray, velocities: np.ndarray, style: NumpyFeatures, own: NumpyFeatures
     ) -> np.ndarray:
         """As TorchJointInference.restyle."""
-        theirs, ours = self._views[style], self._views[own]
-        moves, own_moves = self._found(self._query(windows[:, self.seen], ours), (theirs, ours))
-        apart = gait_distance(theirs["gait"], with_run(velocities)[:, None], SIDEWAYS) / GAIT_WIDTH**2
+        moves, own_moves = self._found(self._query(windows[:, self.seen], own), (style, own))
+        going = gait_point(with_run(velocities))[:, None]
+        apart = point_distance(style["gait_point"], going, SIDEWAYS) / GAIT_WIDTH**2
         same = np.exp(-np.square(apart))[..., None].astype(np.float32)
-        translated = ours["mean"] + theirs["mean"] - theirs["own_mean"]
-        mean = np.where(OF_LEGS, translated + same * (theirs["mean"] - translated), theirs["mean"])
+        translated = own["mean"] + style["mean"] - style["own_mean"]
+        mean = np.where(OF_LEGS, translated + same * (style["mean"] - translated), style["mean"])
         moving = ramp(np.hypot(velocities[:, 0], velocities[:, 1]), *STANDING_STYLE)[:, None, None].astype(np.float32)
         own_moves = moving * own_moves
         styled_moves = own_moves + moving * same * (moves - own_moves)
         poses = np.zeros((2, *windows[:, -1].shape))
-        poses[..., BODY] = self._of_joints(np.array([mean + styled_moves, ours["mean"] + own_moves]))
+        poses[..., BODY] = self._of_joints(np.array([mean + styled_moves, own["mean"] + own_moves]))
         return poses * self.deviation + self.mean
 
     def _query(self, poses: np.ndarray, own: NumpyFeatures) -> np.ndarray:
         """(batch, code) of poses (batch, lags, 21, 15) in a style."""
         poses = ((poses - self.mean) / self.deviation).astype(np.float32)
-        mean, deviation = (self._of_joints(own[name])[:, None] for name in ("mean", "deviation"))
-        bare = ((poses[..., BODY] - mean) / (deviation + np.float32(QUIET))).reshape(*poses.shape[:2], -1)
+        bare = (poses[..., BODY] - own["mean_of_joints"]) / own["scale_of_joints"]
+        bare = bare.reshape(*poses.shape[:2], -1)
         bare /= np.sqrt(1 + np.square(bare).sum(axis=-1, keepdims=True) / bare.shape[-1])
         (root, root_bias), (weight, bias) = self.root, self.code
         hidden = bare.reshape(len(bare), -1) @ self.body + (poses[:, 0, 0, ROOT] @ root + root_bias)

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 StyleFeatures = dict[str, Tensor]  # what a network keeps of a style, by name: (5, B, ...), body parts first
+NumpyFeatures = dict[str, np.ndarray]  # the same as numpy has it: (B, 5, ...), batch first
 
 
 def stack_parts(styles: Sequence[StyleFeatures]) -> StyleFeatures:
@@ -26,15 +27,25 @@ def pack(style: StyleFeatures) -> np.ndarray:
     return torch.cat([style[name].transpose(0, 1).flatten(2) for name in sorted(style)], dim=2).numpy()
 
 
-def unpack(numbers: np.ndarray, like: StyleFeatures) -> StyleFeatures:
+def unpack(numbers: np.ndarray, like: StyleFeatures) -> NumpyFeatures:
     """The style that `pack` made numbers (B, 5, N) of, one of the same network as `like`; it sees them as they are
     now, whatever is written into them."""
     result, end = {}, 0
     for name in sorted(like):
         shape = like[name].shape[2:]
         start, end = end, end + math.prod(shape)
-        result[name] = torch.from_numpy(numbers[..., start:end].reshape(*numbers.shape[:2], *shape).swapaxes(0, 1))
+        result[name] = numbers[..., start:end].reshape(*numbers.shape[:2], *shape)
     return result
+
+
+def to_tensors(style: NumpyFeatures) -> StyleFeatures:
+    """The same numbers as tensors."""
+    return {name: torch.from_numpy(values.swapaxes(0, 1)) for name, values in style.items()}
+
+
+def to_numpy(style: StyleFeatures) -> NumpyFeatures:
+    """The same numbers as arrays."""
+    return {name: values.numpy().swapaxes(0, 1) for name, values in style.items()}
 
 
 def mix_parts(own: StyleFeatures, other: StyleFeatures, use_other: Tensor) -> StyleFeatures:

@@ -18,6 +18,7 @@ from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.pose_delta import unwrap
 from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.styles.stride_residual import play_residual
+from stylizer.systems.motion_puzzle.style_tensors import to_tensors
 from tests.support.walker import walking_clip
 
 
@@ -224,7 +225,7 @@ def test_another_bank_that_takes_over_wears_its_own_styles_under_the_same_names(
         stylizer.step(history.window(), pose, {"spine": ("other", 1.0)})
     mixer, spine = stylizer.mixers[0], list(PARTS).index("spine")
     ours, theirs = (bank[name].at(mixer.root_velocities[BODY]) for name in ("neutral", "other"))
-    style, _ = stylizer._styles([0], 0)
+    style = to_tensors(stylizer._features(mixer.styles(stylizer.bank)[0]))
     assert torch.equal(style["mean"][spine], ours["mean"][spine])
     assert not torch.equal(style["mean"][spine], theirs["mean"][spine])
 

@@ -9,7 +9,7 @@ import torch
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.motion_puzzle.fast_inference import FastInference, TorchInference, to_inference
 from stylizer.systems.motion_puzzle.model import ROOT, MotionPuzzle
-from stylizer.systems.motion_puzzle.style_tensors import cat_batch, stack_parts
+from stylizer.systems.motion_puzzle.style_tensors import cat_batch, stack_parts, to_numpy
 from tests.stylizer.conftest import expand_batch
 
 SMALL = {"stem": 8, "channels": (8, 12, 16)}
@@ -40,6 +40,10 @@ def network(name, change):
     return model, styles, rng
 
 
+def change_of(form, windows, *styles) -> np.ndarray:
+    return form.change(windows, *(form.prepare(to_numpy(style)) for style in styles))
+
+
 @pytest.mark.parametrize(
     "name, change",
     [
@@ -56,7 +60,7 @@ def test_live_it_is_the_network_up_to_rounding(name, change):
     for shown in ([styles[1]], [styles[1], stack_parts([styles[2]] * 5)]):
         windows = rng.normal(size=(len(shown), 16, 21, 15))
         style, own = cat_batch(shown), expand_batch(styles[0], len(shown))
-        ours = to_inference(model).change(windows, style, own)
+        ours = change_of(to_inference(model), windows, style, own)
         assert np.abs(ours - changed(model, windows, style, own)).max() < 1e-4
         assert np.abs(ours).max() > 0.01
     assert FastInference.fits(model.config) == (name == "slim")
@@ -73,5 +77,5 @@ def test_the_quick_form_is_the_plain_one_up_to_rounding_whatever_way_the_body_go
         [(0, 1.3, 0), (0, -0.8, 0), (0.9, 0.1, 0), (0, 0, 1.5), (0.02, 0.05, 0), (-0.7, 0.7, -0.5)], dtype=float
     )[:, None]
     style, own = cat_batch([styles[1], styles[2]] * 3), expand_batch(styles[0], 6)
-    ours, theirs = (form.change(windows, style, own) for form in (quick, plain))
+    ours, theirs = (change_of(form, windows, style, own) for form in (quick, plain))
     assert np.abs(ours - theirs).max() < 1e-4

@@ -25,7 +25,7 @@ from stylizer.systems.motion_puzzle.joint_config import CONFIGS, JOINT_PUZZLE
 from stylizer.systems.motion_puzzle.joint_inference import FastJointInference, TorchJointInference, to_joint_inference
 from stylizer.systems.motion_puzzle.joint_model import BODY, JointPuzzle
 from stylizer.systems.motion_puzzle.joint_objective import RECIPE
-from stylizer.systems.motion_puzzle.style_tensors import stack_parts
+from stylizer.systems.motion_puzzle.style_tensors import stack_parts, to_numpy
 from stylizer.training import train_joints, trainer
 from tests.stylizer.conftest import expand_batch, movement, own_motion
 from tests.support.walker import SPEED, walking_clip
@@ -67,13 +67,17 @@ def windows(features) -> np.ndarray:
     return features[np.arange(60, 200, 7)[:, None] + STRIDE * np.arange(1 - WINDOW, 1)]
 
 
+def restyle(network, windows, velocities, *styles) -> np.ndarray:
+    return network.restyle(windows, velocities, *(network.prepare(to_numpy(style)) for style in styles))
+
+
 def test_the_numpy_twin_says_the_same(model, own, other, windows):
     velocities = GOING.repeat(len(windows), axis=0)
     velocities[:3] = 0.2
     styles = [style.at(velocities) for style in (other, own)]
     assert isinstance(to_joint_inference(model), FastJointInference)
     fast, plain = (
-        form(model).restyle(windows, velocities, *styles) for form in (FastJointInference, TorchJointInference)
+        restyle(form(model), windows, velocities, *styles) for form in (FastJointInference, TorchJointInference)
     )
     assert np.abs(plain[0] - plain[1]).max() > 0.1
     np.testing.assert_allclose(fast, plain, atol=1e-5)
@@ -92,7 +96,8 @@ def test_what_is_found_is_the_style_s_stride_by_the_time_it_is_drawn(model, own,
     coming = frames + AHEAD * 60
     styles = [style.at(GOING) for style in (other, own)]
     for found, clip in zip(
-        FastJointInference(model).restyle(
+        restyle(
+            FastJointInference(model),
             windows,
             GOING.repeat(len(windows), axis=0),
             *(expand_batch(style, len(windows)) for style in styles),
@@ -109,14 +114,14 @@ def test_what_is_found_is_the_style_s_stride_by_the_time_it_is_drawn(model, own,
 
 def test_the_own_style_changes_nothing(model, own, windows):
     style = own.at(GOING)
-    styled, rebuilt = FastJointInference(model).restyle(windows[:1], GOING, style, style)
+    styled, rebuilt = restyle(FastJointInference(model), windows[:1], GOING, style, style)
     np.testing.assert_array_equal(styled, rebuilt)
 
 
 def test_parts_in_their_own_style_are_left_alone(model, own, other, windows):
     arm = PART_NAMES.index("left_arm")
     styled = stack_parts([(other if part == arm else own).at(GOING) for part in range(len(PART_NAMES))])
-    styled, rebuilt = FastJointInference(model).restyle(windows[:1], GOING, styled, own.at(GOING))
+    styled, rebuilt = restyle(FastJointInference(model), windows[:1], GOING, styled, own.at(GOING))
     change = np.abs(styled - rebuilt)[0].max(axis=-1)
     assert (change[PART_OF_JOINT == arm] > 0).all() and not change[PART_OF_JOINT != arm].any()
 
@@ -124,7 +129,7 @@ def test_parts_in_their_own_style_are_left_alone(model, own, other, windows):
 def test_who_stands_makes_no_steps(model, own, other, windows):
     standing = np.zeros((len(windows), 3))
     styles = [style.at(standing) for style in (other, own)]
-    styled, rebuilt = FastJointInference(model).restyle(windows, standing, *styles)
+    styled, rebuilt = restyle(FastJointInference(model), windows, standing, *styles)
     assert np.ptp(styled - rebuilt, axis=0).max() < 1e-6
 
 
