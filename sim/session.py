@@ -99,4 +99,4 @@ class Session(Generic[S]):
         pace = Pace(
             *self.pace.step(np.where(command.pace, speed, 1 / stride), np.where(command.pace, rate, 1.0)), stride
         )
-        return OWN_PACE if all(np.all(value == 1) for value in pace) else pace
+        return OWN_PACE if all(np.equal(value, 1).all() for value in pace) else pace

@@ -51,12 +51,13 @@ class Pose:
 
     def to_character(self, vectors: np.ndarray) -> np.ndarray:
         """World vectors (..., n, 3) in the character's own facing."""
-        return vectors @ self._to_world
+        return vectors @ self.axes
 
     def to_world(self, vectors: np.ndarray) -> np.ndarray:
         """Vectors (..., n, 3) in the character's own facing, in world axes."""
-        return vectors @ self._to_world.swapaxes(-1, -2)
+        return vectors @ self.axes.swapaxes(-1, -2)
 
     @cached_property
-    def _to_world(self) -> np.ndarray:
+    def axes(self) -> np.ndarray:
+        """(3, 3), in its columns the character's left, up and forward: world vectors times this are its own."""
         return rot.to_matrix(rot.from_yaw(self.root_facing))

@@ -146,9 +146,9 @@ class StrideScale:
         self.scale = np.ones(())  # (...) of the strides that are made
         self._before: np.ndarray | None = None  # (..., 3) the root's place in the last frame
         self._velocity = np.zeros(3)  # (..., 3) of the root in the character's frame
-        # (..., 2 feet, 2): styled and neutral, where they are on the average along the way
-        self._mean = np.zeros((2, 2))
-        self._products = np.zeros(2)  # (..., 2): of styled and neutral, of neutral and neutral
+        # (2, ..., 2 feet): styled and neutral, where they are on the average along the way
+        self._mean = np.zeros(())
+        self._products = np.zeros(())  # (2, ...): of styled and neutral, of neutral and neutral
 
     def step(self, styled: Pose, neutral: Pose, carried: np.ndarray, pace: np.ndarray | bool) -> np.ndarray:
         """What to add to each foot (..., 2, 3). carried: (...) how far the styled legs carry the body, 0 not at all;
@@ -160,23 +160,18 @@ class StrideScale:
         self._velocity = self._velocity + (moved / DT - self._velocity) * (1 - decay(WAY_HALFLIFE, DT))
         speed = rot.length(self._velocity)
         direction = self._velocity / np.maximum(speed, 1e-6)
-        feet = np.stack(
-            [neutral.to_character(pose.positions[..., FOOT, :] - root[..., None, :]) for pose in (styled, neutral)],
-            axis=-1,
-        )
-        # (..., 2 feet, 2): styled, neutral; numpy's types leave the axis out
-        along = np.vecdot(feet, direction[..., None, :, None], axis=-2)  # type: ignore[call-overload]
+        feet = np.array([pose.positions[..., FOOT, :] - root[..., None, :] for pose in (styled, neutral)])
+        along = np.vecdot(neutral.to_character(feet), direction[..., None, :])
         self._mean = self._mean + (along - self._mean) * (1 - decay(STANCE_HALFLIFE, DT))
         swing = along - self._mean
-        products = np.stack(
-            [(swing[..., 0] * swing[..., 1]).sum(axis=-1), np.square(swing[..., 1]).sum(axis=-1)], axis=-1
-        )
+        products = (swing * swing[1]).sum(axis=-1)
         self._products = self._products + (products - self._products) * (1 - decay(CARRY_HALFLIFE, DT))
-        carry = (self._products[..., 0] + STANDING_SWING) / (self._products[..., 1] + STANDING_SWING)
-        self.carry = np.where(pace, np.clip(carry, *CARRY), np.clip(carry, *MODERATE))
+        carry = (self._products[0] + STANDING_SWING) / (self._products[1] + STANDING_SWING)
+        shortest, longest = (np.where(pace, *bounds) for bounds in zip(CARRY, MODERATE))
+        self.carry = np.minimum(np.maximum(carry, shortest), longest)
         self.scale = 1 + carried * (self.carry - 1)
         going = smooth_step(speed[..., 0], *STANDING_FEET)
-        missing = self.scale[..., None] * swing[..., 1] - swing[..., 0]
+        missing = self.scale[..., None] * swing[1] - swing[0]
         return neutral.to_world((going[..., None] * missing)[..., None] * direction[..., None, :])
 
 

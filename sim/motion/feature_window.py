@@ -40,4 +40,5 @@ class RingBuffer:
 
     def window(self) -> np.ndarray:
         """(..., WINDOW, 21, 15): every STRIDE-th frame of the last half second, the newest last."""
-        return np.stack(list(self._features)[::STRIDE], axis=-3)
+        samples = np.array(list(self._features)[::STRIDE])
+        return samples.swapaxes(0, samples.ndim - 3)

@@ -41,6 +41,11 @@ class Body(NamedTuple):
     root_position: np.ndarray  # (..., 3)
     root_facing: np.ndarray  # (...)
 
+    @property
+    def axes(self) -> np.ndarray:
+        """See Pose.axes."""
+        return rot.to_matrix(rot.from_yaw(self.root_facing))
+
 
 def features_between(now: Pose | Body, before: Pose | Body) -> np.ndarray:
     """Features (..., 21, 15) of a pose, or of many at once, from it and the one STRIDE frames earlier."""
@@ -51,12 +56,11 @@ def features_between(now: Pose | Body, before: Pose | Body) -> np.ndarray:
     vectors[..., 0, :] = now.positions - now.root_position[..., None, :]
     vectors[..., 1:3, :] = rot.to_6d(now.rotations).reshape(*now.rotations.shape[:-1], 2, 3)
     vectors[..., 3, :] = (now.positions - before.positions) * rate - root_velocity
-    to_character = rot.to_matrix(rot.from_yaw(now.root_facing))  # from the right
-    turned = vectors.reshape(*vectors.shape[:-3], -1, 3) @ to_character
+    turned = vectors.reshape(*vectors.shape[:-3], -1, 3) @ now.axes
 
     result = np.empty((*now.rotations.shape[:-1], FEATURES))
     result[..., :12] = turned.reshape(*now.rotations.shape[:-1], 12)
-    result[..., 12:14] = (root_velocity @ to_character)[..., ::2]
+    result[..., 12:14] = (root_velocity @ now.axes)[..., ::2]
     # may be a plain number
     result[..., 14] = np.asarray(rot.wrap_angle(now.root_facing - before.root_facing) * rate)[..., None]
     return result

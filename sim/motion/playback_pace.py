@@ -38,7 +38,8 @@ class PaceFollower:
 
     def step(self, speed: np.ndarray | float, rate: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
         """One frame towards them."""
-        wanted = np.stack(np.broadcast_arrays(speed, rate), axis=-1)
+        wanted = np.empty((*np.shape(speed), 2))
+        wanted[..., 0], wanted[..., 1] = speed, rate
         self.pace, self.change = spring_step(self.pace, self.change, wanted, HALFLIFE, 1 / FPS)
         # exactly there: a replay without styles is the controller's to the last bit
         if np.abs(self.pace - wanted).max() < 1e-6:
