@@ -99,11 +99,11 @@ def to_rotation_vector(q: np.ndarray) -> np.ndarray:
 def nearest_turn(vector: np.ndarray, before: np.ndarray) -> np.ndarray:
     """Rotation vectors (..., 3), taken the other way round the circle where that is nearer to the ones before them: a
     rotation of about half a circle must not change its direction from one frame to the next."""
-    angle = length(vector)
-    if (angle + length(before)).max() < np.pi:  # none is nearer the other way round
+    apart = length(vector - before)
+    if apart.max() < np.pi:  # the two ways end a whole turn apart: this one is the nearer
         return vector
-    other = vector * (1 - 2 * np.pi / np.maximum(angle, 1e-9))
-    return np.where(length(other - before) < length(vector - before), other, vector)
+    other = vector * (1 - 2 * np.pi / np.maximum(length(vector), 1e-9))
+    return np.where(length(other - before) < apart, other, vector)
 
 
 def unwrap(vectors: np.ndarray) -> np.ndarray:

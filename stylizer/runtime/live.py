@@ -151,7 +151,7 @@ class LiveStylizer:
         fresh = worn & (~self._was_styled | jumping)  # these have no past to be smooth with
         self._was_styled = worn
         delta = self._smoothed(self._deltas(window, fresh), fresh) * delta_weights(strengths, styled[..., LEG_PARTS])
-        turns = self._with_residual(rotations_of_delta(delta), strengths)
+        turns = self._with_residual(rotations_of_delta(delta))
         turns, shift = self.inertializer.step(turns, delta[..., -1, :], jumping)
         return preserve_hands(apply_delta(neutral, turns, shift), neutral, styled[..., ARM_PARTS])
 
@@ -259,35 +259,34 @@ class LiveStylizer:
     def _part_weights(self, ones: list[int]) -> np.ndarray:
         """(n, 5) how far each part changes at all: not where it keeps the own style; and legs that side-step keep the
         controller's steps where no clip of their style shows any, for the steps of a walk are none to the side."""
-        return np.array(
-            [[self._part_weight(self.mixers[one], place) for place in range(len(PART_NAMES))] for one in ones]
-        )
+        return np.array([self._part_weights_of(self.mixers[one]) for one in ones])
 
-    def _part_weight(self, mixer: StyleMixer, place: int) -> float:
-        """Of one part of one character."""
-        part, (side, forward, _) = mixer.parts[place], mixer.root_velocities[BODY]
-        if part.name == part.other == OWN:
-            return 0.0
-        sideways = abs(side) > abs(forward) and place in LEG_PARTS and not self._side_steps(part.name)
-        return (forward / side) ** 2 if sideways else 1.0
+    def _part_weights_of(self, mixer: StyleMixer) -> list[float]:
+        """Of the five parts of one character."""
+        side, forward, _ = mixer.root_velocities[BODY].tolist()
+        result = [0.0 if part.name == part.other == OWN else 1.0 for part in mixer.parts]
+        if abs(side) > abs(forward):
+            for place in LEG_PARTS:
+                if not self._side_steps(mixer.parts[place].name):
+                    result[place] *= (forward / side) ** 2
+        return result
 
     def _side_steps(self, name: str) -> bool:
         """Whether a clip of a style shows side-steps."""
         return any(movement.startswith("strafe") for movement in self.bank[name].gait.movements)
 
-    def _with_residual(self, turns: np.ndarray, strengths: np.ndarray) -> np.ndarray:
+    def _with_residual(self, turns: np.ndarray) -> np.ndarray:
         """Rotations (..., 21, 4) with what of the styles' movement is not locked to the stride on top, in its own
         time."""
         result = np.zeros((len(self.mixers), JOINT_COUNT, 3))
         for one, mixer in enumerate(self.mixers):
-            for name, shares in mixer.shown.items():
+            for name, strengths in mixer.shown.items():
                 loop = self.bank[name].gait.residual
                 if loop is not None:
-                    result[one] += np.array(shares)[PART_OF_JOINT, None] * play_residual(loop, self.frame)
+                    result[one] += np.array(strengths)[PART_OF_JOINT, None] * play_residual(loop, self.frame)
         if not result.any():
             return turns
-        result = result.reshape(*self._leading, JOINT_COUNT, 3) * strengths[..., PART_OF_JOINT, None]
-        return rot.multiply(rot.from_rotation_vector(result), turns)
+        return rot.multiply(rot.from_rotation_vector(result.reshape(*self._leading, JOINT_COUNT, 3)), turns)
 
     def _begin_frame(self, windows: np.ndarray) -> list[int]:
         """Styles are interpolated anew for those whose turn it is. Returns who is to be evaluated, for networks that

@@ -53,11 +53,11 @@ class StyleMixer:
 
     @property
     def shown(self) -> dict[str, list[float]]:
-        """By style: how much of it each of the five parts shows, 0 to 1."""
+        """By style: how much of it each of the five parts shows, its strength included."""
         result: dict[str, list[float]] = {}
         for place, part in enumerate(self.parts):
             for name, share in part.shown:
-                result.setdefault(name, [0.0] * len(self.parts))[place] += share
+                result.setdefault(name, [0.0] * len(self.parts))[place] += share * part.strength
         return result
 
     def step(self, style: StyleSpec) -> list[bool]:

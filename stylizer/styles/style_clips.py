@@ -142,6 +142,8 @@ class Gait:
         """How much each clip counts (..., n), sums of 1, for a content that moves at root velocities (..., 3).
 
         Inverse distance weighting (Shepard 1968): smooth, exact at the clips, and needs no grid."""
+        if len(self.movements) == 1:
+            return np.ones((*np.shape(root_velocity)[:-1], 1))
         content = gait_point(with_run(np.asarray(root_velocity, dtype=float)))[..., None, :]
         weights = 1 / np.square(point_distance(content, self._points) + NEAREST**2)
         weights = np.maximum(weights / weights.sum(axis=-1, keepdims=True) - LEAST_WEIGHT, 0.0)
@@ -223,8 +225,9 @@ class StyleClips:
         counting = np.flatnonzero(weights.any(axis=0))
         if len(weights) == len(counting) == 1:
             return self._numbers[counting[0], None]
-        clips = torch.from_numpy(self._numbers[counting])
-        return torch.mm(torch.from_numpy(weights[:, counting]), clips.flatten(1)).view(-1, *clips.shape[1:]).numpy()
+        clips = self._numbers[counting].reshape(len(counting), -1)
+        mixed = torch.mm(torch.from_numpy(weights[:, counting]), torch.from_numpy(clips))
+        return mixed.numpy().reshape(-1, *self._numbers.shape[1:])
 
     @cached_property
     def _numbers(self) -> np.ndarray:
