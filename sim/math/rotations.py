@@ -163,8 +163,8 @@ def from_6d(axes: np.ndarray) -> np.ndarray:
 
 def matrix_of_6d(axes: np.ndarray) -> np.ndarray:
     """The same as a matrix (..., 3, 3): Gram-Schmidt, forward kept."""
-    forward = normalize(axes[..., :3])
-    right = normalize(cross(axes[..., 3:], forward))  # +X: the character's left
+    forward, up = axes[..., :3], axes[..., 3:]
+    forward, right = normalize(np.array([forward, cross(up, forward)]))  # right is +X: the character's left
     matrix = np.empty((*axes.shape[:-1], 3, 3))
     matrix[..., 0], matrix[..., 1], matrix[..., 2] = right, cross(forward, right), forward
     return matrix
