@@ -11,7 +11,7 @@ from typing import Any, Callable, Mapping, Sequence
 import numpy as np
 
 from sim.body.pose import Pose
-from sim.body.skeleton import JOINT_COUNT, PART_NAMES, PART_OF_JOINT
+from sim.body.skeleton import JOINT_COUNT, PART_OF_JOINT
 from sim.command import GAIT_SPEEDS
 from sim.math import rotations as rot
 from sim.math.springs import response, spring_step
@@ -114,7 +114,8 @@ class LiveStylizer:
         self.mixers = [StyleMixer(self.PERIOD, one % self.PERIOD) for one in range(count)]
         self.inertializer = Inertializer(self._leading)
         self.frame = 0
-        self._styled = np.zeros((*self._leading, len(PART_NAMES)))  # how far each part shows another style than its own
+        self._amounts: list[tuple[list[float], list[float]]] = []  # strengths, and how far styled, of each one's parts
+        self._follow_strengths()
         self._paces: dict[tuple[str, str], tuple[object, np.ndarray]] = {}  # by style and gait
         rows = *self._leading, JOINT_COUNT + 1, 3
         self._raw = np.zeros((2, *rows))  # the last deltas of FIRST and OTHER, unwrapped
@@ -135,25 +136,34 @@ class LiveStylizer:
         styles = [StyleSpec.of(each) for each in ([style] if isinstance(style, Mapping) else style)]
         for name in {name for each in styles for name in each.names}:
             self.bank[name]
-        switching = self._together([mixer.step(each) for mixer, each in zip(self.mixers, styles, strict=True)])
-        strengths = self._together([mixer.strengths for mixer in self.mixers])
-        self._styled = styled = self._together([mixer.styled for mixer in self.mixers])
-        self._travel = np.reshape(travel, (-1, 1))
+        switching = [mixer.step(each) for mixer, each in zip(self.mixers, styles, strict=True)]
+        self._follow_strengths()
+        self._travel = np.asarray(travel).reshape(-1, 1)
         self.frame += 1
-        if not strengths.any() and not self.inertializer.offset.any():
-            self._was_styled[:] = False
+        if not self._worn.any() and not self.inertializer.offset.any():
+            self._was_styled = self._worn
             self.inertializer = Inertializer(self._leading)
             return neutral
-        parts_worn = strengths > 0
-        worn = parts_worn[..., PART_OF_ROW]
-        worn[..., -1] |= parts_worn[..., LEG_PARTS].all(axis=-1)
-        jumping = switching[..., PART_OF_ROW] & self._was_styled
-        fresh = worn & (~self._was_styled | jumping)  # these have no past to be smooth with
-        self._was_styled = worn
-        delta = self._smoothed(self._deltas(window, fresh), fresh) * delta_weights(strengths, styled[..., LEG_PARTS])
+        jumping = np.array(switching).reshape(*self._leading, -1)[..., PART_OF_ROW] & self._was_styled
+        fresh = self._worn & (~self._was_styled | jumping)  # these have no past to be smooth with
+        self._was_styled = self._worn
+        delta = self._smoothed(self._deltas(window, fresh), fresh) * self._weights
         turns = self._with_residual(rotations_of_delta(delta))
         turns, shift = self.inertializer.step(turns, delta[..., -1, :], jumping)
-        return preserve_hands(apply_delta(neutral, turns, shift), neutral, styled[..., ARM_PARTS])
+        return preserve_hands(apply_delta(neutral, turns, shift), neutral, self._styled[..., ARM_PARTS])
+
+    def _follow_strengths(self) -> None:
+        """What depends on the strengths of the parts alone, worked out anew where one has changed."""
+        amounts = [(mixer.strengths, mixer.styled) for mixer in self.mixers]
+        if amounts == self._amounts:
+            return
+        self._amounts = amounts
+        # (..., 5) strengths, and how far each part shows another style than its own
+        strengths, self._styled = np.array(amounts).swapaxes(0, 1).reshape(2, *self._leading, -1)
+        has_style = strengths > 0
+        self._worn = has_style[..., PART_OF_ROW]  # (..., 22) which rows of a delta are
+        self._worn[..., -1] |= has_style[..., LEG_PARTS].all(axis=-1)
+        self._weights = delta_weights(strengths, self._styled[..., LEG_PARTS])
 
     def leg_strengths(self) -> np.ndarray:
         """(..., 2) how far the left and the right leg are styled now."""
@@ -214,10 +224,6 @@ class LiveStylizer:
         """What a body part's attention looks at now, of one character: (samples of the window / 2, tokens of the
         style), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
         raise ValueError("this stylizer has no attention")
-
-    def _together(self, values: Sequence[Sequence]) -> np.ndarray:
-        """What each character has, as one array (..., n)."""
-        return np.array(values).reshape(*self._leading, -1)
 
     def _smoothed(self, delta: np.ndarray, fresh: np.ndarray) -> np.ndarray:
         """The delta (..., 22, 3) smoothed in time; rows that are fresh (..., 22) start with what they are."""
