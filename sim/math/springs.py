@@ -28,10 +28,9 @@ def spring_step(
 def spring_step(x: Any, v: Any, target: Any, halflife: float, dt: Any) -> tuple[Any, Any]:
     """Position and velocity of a critically damped spring after dt seconds, exactly; any shapes that broadcast."""
     y = _stiffness(halflife)
-    j0 = x - target
-    j1 = v + j0 * y
     e = (np if isinstance(dt, np.ndarray) else math).exp(-y * dt)
-    return e * (j0 + j1 * dt) + target, e * (v - j1 * y * dt)
+    gap = x - target
+    return target + e * (1 + y * dt) * gap + e * dt * v, e * (1 - y * dt) * v - e * y * y * dt * gap
 
 
 def lag(halflife: float) -> float:
