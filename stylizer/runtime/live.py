@@ -306,7 +306,7 @@ class LiveStylizer:
     def _in_groups(self, evaluate: Callable, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:
         """What `evaluate` says of these characters, group by group."""
         groups = [list(group) for _, group in groupby(ones, lambda one: one // GROUP)]
-        # a view of neighbours' windows, which are many numbers, and a copy only of others'
+        # neighbours' windows, which are many numbers, are seen and not copied
         of = [slice(group[0], group[-1] + 1) if group[-1] - group[0] < len(group) else group for group in groups]
         return np.concatenate([evaluate(windows[where], group, which) for where, group in zip(of, groups)], axis=-3)
 

@@ -15,6 +15,7 @@ from sim.motion.features import LAYOUT, rotations_of
 HIPS_ROW = JOINT_COUNT
 PART_OF_ROW = np.append(PART_OF_JOINT, PART_OF_JOINT[INDEX["Hips"]])
 LIMB_REACH = 0.999  # share of an arm's length that is used
+NEGLIGIBLE = 1e-9  # metres, or a share, that no hand is moved for
 SHOULDERS = np.array([INDEX["LeftShoulder"], INDEX["RightShoulder"]])  # their place is the spine's doing alone
 ARM_PARTS = PART_OF_JOINT[SHOULDERS]
 LEG_PARTS = np.array([PART_NAMES.index(part) for part in ("left_leg", "right_leg")])
@@ -72,11 +73,11 @@ def preserve_hands(styled: Pose, content: Pose, strengths: np.ndarray) -> Pose:
 
     strengths: (..., 2) of the left and the right arm; an arm in between gives way in between."""
     own = np.maximum(1 - strengths, 0)
-    if own.max() < 1e-9:
+    if own.max() < NEGLIGIBLE:
         return styled
     moved = styled.positions[..., SHOULDERS, :] - content.positions[..., SHOULDERS, :]
     carried = (moved - (styled.hips - content.hips)[..., None, :]) * own[..., None]
-    which = np.abs(carried).max(axis=(-2, -1)) >= 1e-9
+    which = np.abs(carried).max(axis=(-2, -1)) >= NEGLIGIBLE
     if not which.any():
         return styled
     after = reach(styled, ARMS, styled.positions[..., ARMS[-1], :] - carried, ELBOWS_BACK, LIMB_REACH)

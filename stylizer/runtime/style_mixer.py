@@ -111,8 +111,8 @@ class StyleMixer:
     def styles(self, bank: StyleBank) -> list[np.ndarray]:
         """The styles of the five parts at this velocity, side by side in one (1, 5, N); where any of them is blended
         with another style, those as a second one."""
-        names = [tuple(getattr(part, key) for part in self.parts) for key in ("name", "other")]
-        return [self._style(bank, each, BODY) for each in names[: 1 + any(self.shares)]]
+        keys = ("name", "other")[: 1 + any(self.shares)]
+        return [self._style(bank, tuple(getattr(part, key) for part in self.parts), BODY) for key in keys]
 
     def _style(self, bank: StyleBank, names: tuple[str, ...], whose: int) -> np.ndarray:
         if (names, whose) not in self._kept:

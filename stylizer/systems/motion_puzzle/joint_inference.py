@@ -69,7 +69,8 @@ class FastJointInference:
         return config.attention and config.by_part
 
     def prepare(self, style: NumpyFeatures) -> NumpyFeatures:
-        """As TorchJointInference.prepare: with what a style has to be compared and taken off by."""
+        """As TorchJointInference.prepare, with what each frame would compute anew: the point of its gait, and joint by
+        joint its mean and what its movement is divided by."""
         return style | {
             "gait_point": gait_point(style["gait"]),
             "mean_of_joints": self._of_joints(style["mean"])[:, None],
@@ -80,12 +81,12 @@ class FastJointInference:
         self, windows: np.ndarray, velocities: np.ndarray, style: NumpyFeatures, own: NumpyFeatures
     ) -> np.ndarray:
         """As TorchJointInference.restyle."""
-        moves, own_moves = self._found(self._query(windows[:, self.seen], own), (style, own))
+        moves, own_moves = self._found(self._query(windows[:, self.seen], own), (style, own))  # BP-ATN
         going = gait_point(with_run(velocities))[:, None]
         apart = point_distance(style["gait_point"], going, SIDEWAYS) / GAIT_WIDTH**2
         same = np.exp(-np.square(apart))[..., None].astype(np.float32)
         translated = own["mean"] + style["mean"] - style["own_mean"]
-        mean = np.where(OF_LEGS, translated + same * (style["mean"] - translated), style["mean"])
+        mean = np.where(OF_LEGS, translated + same * (style["mean"] - translated), style["mean"])  # BP-AdaIN
         moving = ramp(np.hypot(velocities[:, 0], velocities[:, 1]), *STANDING_STYLE)[:, None, None].astype(np.float32)
         own_moves = moving * own_moves
         styled_moves = own_moves + moving * same * (moves - own_moves)
