@@ -69,7 +69,7 @@ class PhaseFunctionedController:
         At another playback rate the motion goes on by a frame only where the next one is due, or by two, and the pose
         in between is interpolated."""
         for moving in self.playback.advance(pace.rate):
-            if np.all(moving):
+            if moving.all():
                 self.playback.push(self._advance(command, pace), moving)
                 continue
             parts = "trajectory", "root_correction", "wrists", "idle"

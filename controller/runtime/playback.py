@@ -19,11 +19,10 @@ class Playback:
 
     def advance(self, rate: np.ndarray | float) -> list[np.ndarray]:
         """Lets a frame pass at a rate (...). For each frame that the motion has to go on by: whose (...) it is."""
-        rate = np.broadcast_to(rate, self.clock.shape)
-        rate = np.where(rate == 1, np.minimum(1 + CATCH_UP, 2 - self.clock), rate)
+        rate = np.where(np.equal(rate, 1), np.minimum(1 + CATCH_UP, 2 - self.clock), rate)
         self.clock = self.clock + rate
         due = []
-        while np.any(moving := self.clock > 1):
+        while (moving := self.clock > 1).any():
             self.clock = np.where(moving, self.clock - 1, self.clock)
             due.append(moving)
         return due
@@ -32,15 +31,15 @@ class Playback:
         """Takes the next pose of those who have moved (...); the others keep theirs."""
         if not self._poses:
             self._poses = [pose] * 3
-        elif np.all(moved):
+        elif moved.all():
             self._poses = [*self._poses[1:], pose]
-        elif np.any(moved):
+        elif moved.any():
             self._poses = [_where(moved, after, before) for before, after in zip(self._poses, [*self._poses[1:], pose])]
 
     def pose(self) -> Pose:
         """Where the motion is now."""
         first, middle, last = self._poses
-        if np.all(self.clock == 1):
+        if (self.clock == 1).all():
             return last
         c = self.clock
         weights = c * (c - 1) / 2, 1 - c * c, c * (c + 1) / 2
