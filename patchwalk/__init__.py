@@ -18,6 +18,8 @@ from typing import Mapping
 from controller.runtime.controller import PhaseFunctionedController
 from sim.body.pose import Pose
 from sim.command import Command, Commands
+from sim.ground.catalogue import load_ground
+from sim.ground.ground import Ground
 from sim.io import bvh
 from sim.motion.clip import Clip
 from sim.retarget.retarget import load_clip
@@ -34,6 +36,7 @@ __all__ = [
     "Command",
     "Commands",
     "Frame",
+    "Ground",
     "LiveStylizer",
     "PhaseFunctionedController",
     "Pose",
@@ -42,6 +45,7 @@ __all__ = [
     "StyleSpec",
     "load_clip",
     "load_controller",
+    "load_ground",
     "load_stylizer",
     "save_bvh",
     "stylize",

@@ -9,7 +9,7 @@ import numpy as np
 from sim.style_spec import PartLike, StyleSpec, abbreviate
 
 FULL_STICK = 1.001  # the longest stick: rounding may make a full one longer than 1
-GAIT_SPEEDS = {"walk": 1.3, "run": 3.5}  # metres a second at full stick
+GAIT_SPEEDS = {"walk": 1.3, "run": 3.5, "crouch": 1.0}  # metres a second at full stick
 
 
 def check_length(move: Sequence[float]) -> None:
@@ -30,10 +30,11 @@ class Command:
 
     move: (x, z) stick, length at most 1, (0, 0) to stand; +x is to the left of who faces +z.
     face: (x, z) wanted facing direction, or None to face where it goes.
-    gait: walk or run.
+    gait: walk, run or crouch; one who stands crouches too.
     style: body part or group name -> a style's name, (style name, strength 0 .. 1.5) or (style name, strength, other
         style, share 0 .. 1 of the way to the other), for the parts that are restyled; the others keep their own style.
     pace: whether the styles of the legs set speed, stride and cadence.
+    jump: whether the jump is pressed in this frame.
     """
 
     move: tuple[float, float] = (0.0, 0.0)
@@ -41,6 +42,7 @@ class Command:
     gait: str = "walk"
     style: StyleSpec = field(default_factory=StyleSpec)
     pace: bool = False
+    jump: bool = False
 
     if TYPE_CHECKING:  # the same, but that a plain mapping is taken for a style too
 
@@ -51,6 +53,7 @@ class Command:
             gait: str = "walk",
             style: StyleSpec | Mapping[str, PartLike] = ...,
             pace: bool = False,
+            jump: bool = False,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -65,6 +68,11 @@ class Command:
     def gaits(self) -> tuple[str, ...]:
         """The gait, as a crowd has it."""
         return (self.gait,)
+
+    @property
+    def crouch(self) -> float:
+        """How far it is to crouch, 0 or 1."""
+        return float(self.gait == "crouch")
 
     @property
     def desired_velocity(self) -> np.ndarray:
@@ -97,6 +105,16 @@ class Commands:
     def pace(self) -> np.ndarray:
         """(characters,) of bool"""
         return np.array([command.pace for command in self.each])
+
+    @property
+    def jump(self) -> np.ndarray:
+        """(characters,) of bool"""
+        return np.array([command.jump for command in self.each])
+
+    @property
+    def crouch(self) -> np.ndarray:
+        """(characters,) of 0 or 1"""
+        return np.array([command.crouch for command in self.each])
 
     @property
     def heading(self) -> np.ndarray:

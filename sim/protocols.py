@@ -7,6 +7,7 @@ import numpy as np
 
 from sim.body.pose import Pose
 from sim.command import Command, Commands
+from sim.ground.ground import Ground
 from sim.motion.clip import Clip
 from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.style_spec import StyleSpec
@@ -36,6 +37,9 @@ class Controller(Protocol):
 
     def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
         """The next neutral pose, at the pace that styled legs ask for."""
+
+    def stand_on(self, ground: Ground | None) -> None:
+        """Starts again on another ground; None for level floor."""
 
     def restart(self) -> None:
         """Back to before the first step: the same commands give the same poses again, bit for bit."""

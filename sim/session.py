@@ -9,6 +9,7 @@ import numpy as np
 from sim.body.pose import Pose
 from sim.command import Command, Commands
 from sim.feet.foot_lock import FootLock
+from sim.ground.ground import Ground
 from sim.latency import Latency
 from sim.motion.feature_window import RingBuffer
 from sim.motion.playback_pace import OWN_PACE, Pace, PaceFollower
@@ -40,15 +41,26 @@ def check_own_style(own_of: str | None, controller: str | None) -> None:
 class Session(Generic[S]):
     """The whole line but its two ends. A step is 1/60 s of simulated time, always; no clock is read inside."""
 
-    def __init__(self, controller: Controller, stylizer: S, latency: Latency | None = None) -> None:
-        """Raises ValueError where the stylizer's own style is that of another controller."""
+    def __init__(
+        self, controller: Controller, stylizer: S, latency: Latency | None = None, ground: Ground | None = None
+    ) -> None:
+        """ground: what the character walks on, None for level floor. Raises ValueError where the stylizer's own style
+        is that of another controller."""
         self.controller = controller
         self.stylizer = stylizer
         self.latency = latency or Latency()
+        self.ground = ground
+        controller.stand_on(ground)
         self._begin()
 
+    def stand_on(self, ground: Ground | None) -> None:
+        """Starts again on another ground; None for level floor."""
+        self.ground = ground
+        self.controller.stand_on(ground)
+        self.restart()
+
     def _begin(self) -> None:
-        self.history, self.foot_lock, self.pace = RingBuffer(), FootLock(), PaceFollower()
+        self.history, self.foot_lock, self.pace = RingBuffer(), FootLock(self.ground), PaceFollower()
 
     @property
     def stylizer(self) -> S:
@@ -72,7 +84,7 @@ class Session(Generic[S]):
         """So many characters with the same models, standing at the start point, all moved by one step of `Commands`.
 
         Each moves as it would alone, for a fraction of what it would cost: the networks are asked for many at once."""
-        return Session(self.controller.crowd(count), self.stylizer.crowd(count))
+        return Session(self.controller.crowd(count), self.stylizer.crowd(count), ground=self.ground)
 
     def step(self, command: Command | Commands) -> Frame:
         """command -> controller -> ring buffer -> stylizer -> foot lock -> frame."""

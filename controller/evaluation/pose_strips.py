@@ -13,6 +13,7 @@ from controller.evaluation.suite import Motion, Trial
 from controller.training.dataset import load_neutral
 from sim.body.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT
 from sim.math import rotations as rot
+from sim.math.vectors import FLOOR
 from sim.motion.clip import FPS
 from sim.motion.thresholds import PLANTED
 
@@ -36,6 +37,10 @@ def _spin(motion: Motion) -> int:
     return int(np.abs(motion.turn_rate).argmax())
 
 
+def _highest(motion: Motion) -> int:
+    return int(motion.positions[:, 0, 1].argmax())
+
+
 # Movement: the take of the suite, the captured clip (a name under the data folder), which moment of both, seconds
 # shown.
 MOVEMENTS: dict[str, tuple[str, str, Callable[[Motion], int], float]] = {
@@ -50,6 +55,10 @@ MOVEMENTS: dict[str, tuple[str, str, Callable[[Motion], int], float]] = {
     "turn on the spot": ("turn on the spot", "69_10_1", _spin, 2.0),
     "strafe left": ("strafe left", "Female1_B22_SideStepLeft", _middle, 1.6),
     "back": ("back", "Female1_B05_WalkBackwards", _middle, 1.6),
+    "crouch": ("crouch", "Crouching1", _middle, 1.6),
+    "jump on the spot": ("jump on the spot", "13_40", _highest, 1.4),
+    "jump from a walk": ("jump from a walk", "13_32", _highest, 1.4),
+    "jump from a run": ("jump from a run", "Male1_C20_Run2Jump2Walk", _highest, 1.4),
 }
 
 
@@ -82,7 +91,8 @@ def _strip(axes: Axes, motion: Motion) -> None:
     frames = np.linspace(0, len(motion) - 1, POSES).round().astype(int)
     turn = rot.from_yaw(-motion.root.facing[0] + np.pi / 2 - VIEW)
     for place, frame in enumerate(frames):
-        joints = rot.rotate(turn, motion.positions[frame] - motion.root.positions[frame])
+        below = motion.root.positions[frame] * FLOOR
+        joints = rot.rotate(turn, motion.positions[frame] - below)
         x, y = joints[:, 0] + SPACING * place, joints[:, 1]
         for joint in np.argsort(joints[:, 2]):  # what is nearer is drawn later
             parent = PARENTS[joint]
@@ -94,8 +104,8 @@ def _strip(axes: Axes, motion: Motion) -> None:
                     solid_capstyle="round",
                     color=COLOURS[PART_NAMES[PART_OF_JOINT[joint]]],
                 )
-        feet = rot.rotate(turn, motion.feet[frame] - motion.root.positions[frame])[motion.contacts[frame] > PLANTED]
+        feet = rot.rotate(turn, motion.feet[frame] - below)[motion.contacts[frame] > PLANTED]
         axes.plot(feet[:, 0] + SPACING * place, feet[:, 1], "o", ms=3, color="black", zorder=5)
     axes.axhline(0, color="#9aa5b1", lw=1, zorder=0)
-    axes.set(xlim=(-SPACING, SPACING * POSES), ylim=(-0.05, 1.8), aspect="equal")
+    axes.set(xlim=(-SPACING, SPACING * POSES), ylim=(-0.05, 2.1), aspect="equal")
     axes.axis("off")

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Callable, Mapping
 
+from controller.evaluation.agility_figures import bearing, crouching, jumping, terrain
 from controller.evaluation.figures import Figure, endurance, feet, likeness, smoothness, standing
 from controller.evaluation.reference_clips import RealClips
 from controller.evaluation.steering_figures import steering
-from controller.evaluation.suite import Trial, follow, play, random_sticks, suite
+from controller.evaluation.suite import Trial, follow, play, random_sticks, suite, terrain_suite
 from controller.runtime.controller import PhaseFunctionedController
 from sim.torch_setup import set_up_torch
 
@@ -29,10 +30,12 @@ def evaluate(data: Path | None = None, progress: Callable[[int], Callable[[], ob
     set_up_torch()
     standing_still = PhaseFunctionedController.from_pretrained()
     real = None if data is None else RealClips.load(data)
-    scripts = {**suite(), "random": random_sticks()}
+    scripts, uneven = {**suite(), "random": random_sticks()}, terrain_suite()
     paths = [follow(clip) for clip in real.held_out] if real else []
-    tick = progress(sum(map(len, [*scripts.values(), *paths]))) if progress else lambda: None
+    frames = sum(map(len, [*scripts.values(), *paths, *(script for _, script in uneven.values())]))
+    tick = progress(frames) if progress else lambda: None
     played = {name: play(script, standing_still, tick) for name, script in scripts.items()}
+    on_ground = {name: play(script, standing_still, tick, ground) for name, (ground, script) in uneven.items()}
     random = played.pop("random")
     followed = [play(steps, standing_still, tick).locked for steps in paths]
     figures = {
@@ -42,5 +45,9 @@ def evaluate(data: Path | None = None, progress: Callable[[int], Callable[[], ob
         **standing(played["stand"], real),
         **likeness(real, followed),
         **endurance(random, real),
+        **bearing(played, real),
+        **crouching(played, real),
+        **jumping(played),
+        **terrain(on_ground),
     }
     return Evaluation({name: figure.rounded() for name, figure in figures.items()}, played)

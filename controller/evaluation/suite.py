@@ -2,7 +2,7 @@
 
 import copy
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Callable, Sequence
 
@@ -15,6 +15,8 @@ from sim.body.kinematics import to_local
 from sim.body.pose import Pose
 from sim.body.skeleton import CONTACT_JOINTS
 from sim.command import GAIT_SPEEDS, Command
+from sim.ground.catalogue import FLAT, NAMES, load_ground
+from sim.ground.ground import Ground
 from sim.motion.clip import FPS, Clip, RootFrame, root_frame
 from sim.motion.contacts import foot_contacts
 from sim.motion.features import features_from
@@ -38,8 +40,17 @@ FACING_FORWARD = {
 CYCLE = {"walk": 1.1, "run": 0.7}  # seconds: reversals and stops come at four instants of one cycle, so at either foot
 INSTANTS = 4
 TURNS = (45, 90, 135)  # degrees to the left
+TURN_ON_THE_SPOT = "turn on the spot"
+CROUCHES = {
+    "moves": ("crouch", "crouch back", "crouch left", "crouch right", "crouch diagonal"),
+    "changes": ("crouch from standing", "crouch from walking", "crouch from running"),
+}
+JUMPS = ("jump on the spot", "jump from a walk", "jump from a run")
+PRESS_SECONDS = 2.0  # after WAIT that the jump is pressed
+TERRAIN_GAITS, TERRAIN_WAYS, TERRAIN_SECONDS = ("walk", "run", "crouch"), (0, 40, 90, 180), 8  # degrees from the start
 STAND_SECONDS = 20
 RANDOM_SECONDS = 600
+RANDOM_GAITS, RANDOM_JUMPS = {"walk": 0.4, "run": 0.4, "crouch": 0.2}, 0.05  # how likely each is
 FOLLOW_SECONDS = 10  # of each real clip, so that no long one outweighs the others
 LEAD_IN_SECONDS = 2  # to get from standing to what a real clip begins with
 
@@ -53,13 +64,20 @@ class Motion:
     rotations: np.ndarray
     root: RootFrame
     contacts: np.ndarray
+    crouch: np.ndarray | float = 0.0  # (F,) of a labelled clip
 
     def __len__(self) -> int:
         return len(self.positions)
 
     def __getitem__(self, frames: slice) -> "Motion":
         root = RootFrame(self.root.positions[frames], self.root.facing[frames])
-        return Motion(self.positions[frames], self.rotations[frames], root, self.contacts[frames])
+        return replace(
+            self,
+            positions=self.positions[frames],
+            rotations=self.rotations[frames],
+            root=root,
+            contacts=self.contacts[frames],
+        )
 
     @classmethod
     def of_clip(cls, clip: Clip) -> "Motion":
@@ -90,7 +108,7 @@ class Motion:
 
     @cached_property
     def gait(self) -> np.ndarray:
-        """Weights (F, 3) of standing, walking and running, by the root's velocity, for played and real alike."""
+        """Weights (F, GAITS) of standing, walking and running, by the root's velocity, for played and real alike."""
         return label_gait(self.velocity, self.turn_rate)
 
     @cached_property
@@ -110,12 +128,16 @@ class Motion:
 
 @dataclass(frozen=True)
 class Trial:
-    """A script and what came of it: the motion before and after the foot lock, the simulated body's place (F, 2)."""
+    """A script and what came of it: the motion before and after the foot lock, the simulated body's place (F, 2), the
+    velocity (F, 2) that it is driven to, slowed on slopes; the ground, None for level floor, and its name."""
 
     script: Script
     neutral: Motion
     locked: Motion
     simulated: np.ndarray
+    wanted: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    ground: Ground | None = None
+    ground_name: str = FLAT
 
     @property
     def desired(self) -> np.ndarray:
@@ -159,21 +181,30 @@ class Unstyled:
         return self
 
 
-def play(script: Script, standing: PhaseFunctionedController, tick: Callable[[], object] = lambda: None) -> Trial:
-    """The script through a new session, from how a new controller stands; that one is left as it is. `tick` is called
-    once a frame."""
+def play(
+    script: Script,
+    standing: PhaseFunctionedController,
+    tick: Callable[[], object] = lambda: None,
+    ground: str = FLAT,
+) -> Trial:
+    """The script through a new session on a ground, from how a new controller stands; that one is left as it is. `tick`
+    is called once a frame."""
     controller = copy.deepcopy(standing)
-    session = Session(controller, Unstyled())
-    frames, simulated = [], []
+    session = Session(controller, Unstyled(), ground=load_ground(ground))
+    frames, simulated, wanted = [], [], []
     for command in script:
         frames.append(session.step(command))
         simulated.append(controller.trajectory.simulated)
+        wanted.append(controller.trajectory.wanted_velocity)
         tick()
     return Trial(
         script,
         Motion.of_poses([frame.neutral for frame in frames]),
         Motion.of_poses([frame.styled for frame in frames]),
         np.array(simulated),
+        np.array(wanted),
+        session.ground,
+        ground,
     )
 
 
@@ -199,10 +230,33 @@ def suite() -> dict[str, Script]:
         for angle in TURNS:
             aside = (math.sin(math.radians(angle)), math.cos(math.radians(angle)))
             moves[f"turn {gait} {angle}"] = script((3, go), (3, Command(aside, gait=gait)))
-    moves["turn on the spot"] = script((2, Command(face=LEFT)), (2, Command(face=RIGHT)))
+    moves[TURN_ON_THE_SPOT] = script((2, Command(face=LEFT)), (2, Command(face=RIGHT)))
     moves["walk run walk"] = script((3, walk), (3, run), (3, walk))
     moves["stand"] = script((STAND_SECONDS - WAIT, Command()))
+    ways = (FORWARD, BACK, LEFT, RIGHT, (0.6, 0.8))
+    moves |= {
+        name: script((4, Command(way, FORWARD, "crouch"))) for name, way in zip(CROUCHES["moves"], ways, strict=True)
+    }
+    starts = (Command(), walk, run)
+    for name, go in zip(CROUCHES["changes"], starts, strict=True):
+        moves[name] = script((2, go), (3, replace(go, gait="crouch")), (3, go))
+    for name, go in zip(JUMPS, starts, strict=True):
+        moves[name] = script((PRESS_SECONDS, go), (1 / FPS, replace(go, jump=True)), (2.5, go))
     return moves
+
+
+def terrain_suite() -> dict[str, tuple[str, Script]]:
+    """What is walked on uneven ground: the ground's name and the script, by name."""
+    return {
+        f"{ground}, {gait}, {way} degrees": (
+            ground,
+            script((TERRAIN_SECONDS, Command((math.sin(math.radians(way)), math.cos(math.radians(way))), gait=gait))),
+        )
+        for ground in NAMES
+        if ground != FLAT
+        for gait in TERRAIN_GAITS
+        for way in TERRAIN_WAYS
+    }
 
 
 def speed_name(gait: str, speed: float) -> str:
@@ -211,7 +265,8 @@ def speed_name(gait: str, speed: float) -> str:
 
 
 def random_sticks(seconds: float = RANDOM_SECONDS, seed: int = 1) -> Script:
-    """Restless thumbs: every 0.3 to 3 s another direction, stick length, gait and, two times in five, facing."""
+    """Restless thumbs: every 0.3 to 3 s another direction, stick length, gait and, two times in five, facing; now and
+    then a jump."""
     random = np.random.default_rng(seed)
     commands: list[Command] = []
     while len(commands) < seconds * FPS:
@@ -220,9 +275,12 @@ def random_sticks(seconds: float = RANDOM_SECONDS, seed: int = 1) -> Script:
         command = Command(
             (move[0] * length, move[1] * length),
             face if random.random() < 0.4 else None,
-            str(random.choice(list(GAIT_SPEEDS))),
+            str(random.choice(list(RANDOM_GAITS), p=list(RANDOM_GAITS.values()))),
         )
-        commands += [command] * round(random.uniform(0.3, 3.0) * FPS)
+        stretch = [command] * round(random.uniform(0.3, 3.0) * FPS)
+        if random.random() < RANDOM_JUMPS:
+            stretch[0] = replace(command, jump=True)
+        commands += stretch
     return commands[: round(seconds * FPS)]
 
 

@@ -17,6 +17,9 @@ WALK_ACTIVITY = 1.0  # metres a second: mean foot speed of a plain walk
 # metres a second that feet are taken to have at any time, lest a pause has no activity to share out
 LEAST_ACTIVITY = 0.01
 ACTIVITY_SMOOTHING = 0.1  # seconds (Gaussian sigma)
+GRAVITY = 9.81  # metres a second squared
+# Seconds before the take-off that a jump begins, and after the landing that it has ended.
+JUMP_EDGES = (0.3, 0.3)
 TURN_RADIUS = 0.25  # metres: turning counts for the gait as the feet's way around the body
 
 
@@ -65,11 +68,17 @@ def label_phase(positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
 
 
 def label_gait(velocity: np.ndarray, turn_rate: np.ndarray) -> np.ndarray:
-    """Gait weights (frames, 3) for stand, walk and run that sum to 1, from root velocity (frames, 2) m/s and turn rate
-    rad/s."""
+    """Gait weights (frames, GAITS) from root velocity (frames, 2) m/s and turn rate rad/s: stand, walk and run, which
+    sum to 1; no crouch and no jump."""
     speed = rot.length(velocity)[..., 0]
     moving = ramp(np.maximum(speed, np.abs(turn_rate) * TURN_RADIUS), *STAND_OR_WALK)
     running = moving * ramp(speed, *WALK_OR_RUN)
-    gait = np.empty((*speed.shape, len(GAITS)))
+    gait = np.zeros((*speed.shape, len(GAITS)))
     gait[..., 0], gait[..., 1], gait[..., 2] = 1 - moving, moving - running, running
     return gait
+
+
+def jump_weight(time: np.ndarray, seconds: float) -> np.ndarray:
+    """How far (...) it is in a jump, 0..1, at a time (...) in seconds after a take-off whose flight takes `seconds`."""
+    before, after = JUMP_EDGES
+    return np.minimum(ramp(time, -before, -before / 2), 1 - ramp(time - seconds, after / 2, after))

@@ -15,8 +15,11 @@ from sim.motion.clip import FPS
 SECONDS = 10  # length of the loop
 HARMONICS = 8  # of it, so nothing quicker than 0.8 Hz
 QUIET = 0.06  # metres of deviation of the hands over which an idle is a gesture
+# How much more than the captured one it sways: an idle quiet enough to loop moves less than people who stand and wait.
+LIVELIER = 1.45
 EASE_HALFLIFE = 0.4  # seconds, for the sway
 BEARING_HALFLIFE = 1.0  # seconds, for spine and arms to come to the captured bearing
+LEVEL = 0.01  # metres that the ground of an idle rises or falls at most
 NEGLIGIBLE = 1e-4  # a share this small is none
 ROWS = JOINT_COUNT + 1  # a rotation vector a joint, and last the hips' shift in metres; all in the root frame
 SHAPE = (1 + 2 * HARMONICS, ROWS, 3)  # the bearing, then cosine and sine amplitudes of the sway about it
@@ -32,8 +35,9 @@ def fit(inputs: np.ndarray, targets: np.ndarray, clip: np.ndarray) -> np.ndarray
 
     inputs (N, INPUT_SIZE), targets (N, OUTPUT_SIZE), clip (N,) as in controller.training.dataset.Frames."""
     length = SECONDS * FPS
-    stand = inputs[:, INPUT_SLICES["trajectory_gaits"]].reshape(-1, *INPUT["trajectory_gaits"])
-    standing = stand[:, OFFSETS.index(0), GAITS.index("stand")] > 0.99
+    gaits = inputs[:, INPUT_SLICES["trajectory_gaits"]].reshape(-1, *INPUT["trajectory_gaits"])[:, OFFSETS.index(0)]
+    level = np.ptp(inputs[:, INPUT_SLICES["trajectory_heights"]], axis=1) < LEVEL
+    standing = level & (gaits[:, GAITS.index("stand")] - gaits[:, GAITS.index("crouch")] > 0.99)
     broken = np.cumsum(~standing | np.append(False, np.diff(clip) != 0))
     starts = np.flatnonzero(standing[:-length] & (broken[length:] == broken[:-length]))[:: FPS // 10]
     positions = targets[:, OUTPUT_SLICES["positions"]].reshape(-1, JOINT_COUNT, 3)
@@ -70,7 +74,8 @@ class Idle:
 
     def __init__(self, loop: np.ndarray) -> None:
         """loop: SHAPE, from `fit`; zeros lay nothing on."""
-        self.bearing, self.amplitudes = rot.from_rotation_vector(loop[0, UPPER]), loop[1:].reshape(2 * HARMONICS, -1)
+        self.bearing = rot.from_rotation_vector(loop[0, UPPER])
+        self.amplitudes = LIVELIER * loop[1:].reshape(2 * HARMONICS, -1)
         self.captured = bool(loop.any())
         self.frame = np.zeros(())  # (...): a motion that is played at another rate breathes at that rate
         # (..., 2, 3, 1) of the sway and of the bearing: share, its rate, wanted share

@@ -9,14 +9,17 @@ from typing import Mapping
 
 from sim.body.skeleton import CONTACT_JOINTS, JOINT_COUNT
 
-GAITS = ("stand", "walk", "run")
+# Standing, walking and running share out 1 by the root's speed; a crouch and a jump, 0 to 1 each, lie on top.
+GAITS = ("stand", "walk", "run", "crouch", "jump")
+SIDES = (0.25, 0.0, -0.25)  # metres to the left of the root's way, at which the ground is looked at
 SAMPLE_STEP = 10  # frames
 OFFSETS = tuple(range(-60, 60, SAMPLE_STEP))  # frames: 12 samples over the second before and the second to come
 FUTURE = tuple(o for o in OFFSETS if o > 0)
-LAYOUT_VERSION = "patchwalk-controller-2"  # kept in weight files
+LAYOUT_VERSION = "patchwalk-controller-3"  # kept in weight files
 
 INPUT = {
-    "trajectory_positions": (len(OFFSETS), 2),  # x, z metres
+    "trajectory_positions": (len(OFFSETS), 3),  # x, height, z metres of the root, which a jump carries over the ground
+    "trajectory_heights": (len(OFFSETS), len(SIDES)),  # metres of the ground there, over the root now
     "trajectory_directions": (len(OFFSETS), 2),  # x, z of the unit facing
     "trajectory_gaits": (len(OFFSETS), len(GAITS)),
     "positions": (JOINT_COUNT, 3),  # metres

@@ -16,6 +16,7 @@ from controller.runtime.trajectory import Trajectory
 from controller.runtime.wrist_limiter import WristLimiter
 from sim.body.pose import Pose
 from sim.command import Command, Commands
+from sim.ground.ground import Ground
 from sim.math import rotations as rot
 from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.torch_setup import set_up_torch
@@ -31,6 +32,7 @@ class PhaseFunctionedController:
         set_up_torch()
         self.fingerprint = fingerprint
         self.network = PhaseTable(network)
+        self.ground: Ground | None = None  # level floor
         self._leading: tuple[int, ...] = ()  # axes of every array: none for one character
         # What a restart begins from: the phase; positions and velocities (..., POSE_SIZE) of the last output; the idle.
         self._start = np.zeros(()), network.standing.numpy(), Idle(network.idle.numpy().astype(float))
@@ -42,9 +44,16 @@ class PhaseFunctionedController:
 
     def restart(self) -> None:
         """Back to standing, settled, at the start point, as when it was made."""
-        self.trajectory, self.root_correction, self.wrists = Trajectory(self._leading), RootCorrection(), WristLimiter()
+        self.trajectory = Trajectory(self._leading, self.ground)
+        self.root_correction, self.wrists = RootCorrection(), WristLimiter()
         self.playback = Playback(self._leading)
         self.phase, self.body, self.idle = copy.deepcopy(self._start)
+
+    def stand_on(self, ground: Ground | None) -> None:
+        """Starts again on another ground; None for level floor."""
+        if ground is not self.ground:
+            self.ground = ground
+            self.restart()
 
     def crowd(self, count: int) -> "PhaseFunctionedController":
         """So many characters side by side at the start point, driven by `Commands`: one axis in front of every
@@ -111,7 +120,7 @@ class PhaseFunctionedController:
         """The output, given in the root frame, with the idle laid on it and placed in the world."""
         rotations, shift = self.idle.step(self.trajectory.standing, rot.from_6d(output["rotations"]))
         root = np.zeros((*self._leading, 3))
-        root[..., ::2] = self.trajectory.position
+        root[..., ::2], root[..., 1] = self.trajectory.position, self.trajectory.height
         to_world = rot.from_yaw(self.trajectory.facing)
         return Pose(
             root_position=root,

@@ -4,6 +4,7 @@ from dataclasses import fields
 
 import numpy as np
 
+from controller.runtime.jump import Jump
 from sim.body.pose import Pose
 from sim.math import rotations as rot
 
@@ -77,6 +78,8 @@ def _where(which: np.ndarray, one: Pose, other: Pose) -> Pose:
 def keep(before: object, after: object, moved: np.ndarray) -> None:
     """Gives the characters of a crowd who have not moved (n,) the state that they had before, array by array."""
     for name, value in vars(after).items():
+        if isinstance(value, Jump):
+            keep(getattr(before, name), value, moved)
         if isinstance(value, np.ndarray) and value.shape[:1] == moved.shape:
             which = moved.reshape(len(moved), *[1] * (value.ndim - 1))
             setattr(after, name, np.where(which, value, getattr(before, name)))

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Hashable, Sequence
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from sim.body.kinematics import to_local
 from sim.body.skeleton import BETWEEN_HIPS, MIRROR, PART_NAMES, PART_OF_JOINT
@@ -18,49 +19,51 @@ from sim.math import rotations as rot
 from sim.motion.clip import FPS, MIRROR_QUATERNION, Clip, root_frame
 
 UPPER = np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine"))  # the joints that are turned, the hips among them
-WALK_SPEED = 0.6, 1.6  # metres a second forwards, between which an actor's posture is measured
-STRAIGHT = 0.3, 0.5  # metres a second sideways and radians a second of turning that such a walk has at most
+WALK_SPEED = 0.4, 1.6  # metres a second between which an actor's posture is measured
+STRAIGHT = 0.5  # radians a second of turning that such a walk has at most
+# Forwards, sideways, backwards: up to how many radians the way is off the facing.
+DIRECTIONS = np.radians((45, 135, 180))
+CHANGE_SECONDS = 0.25  # (Gaussian sigma) over which one direction's posture becomes another's
 SHORTEST_WALK = 2 * FPS  # frames of it without which an actor's posture is unknown
 MEDIAN_STEPS, NEAR = 50, 0.02  # of Weiszfeld's iteration, and the distance in radians under which two rotations are one
 
 
 @dataclass(frozen=True)
 class Walk:
-    """The sum of the 6-D rotations (21, 6) in the root frame over the frames of a clip that walk straight, and their
-    number."""
+    """How a clip goes in each of DIRECTIONS: the sum of the 6-D rotations (directions, 21, 6) in the root frame over
+    its frames, and their number (directions,)."""
 
     total: np.ndarray
-    frames: int
+    frames: np.ndarray
 
 
 def measure_walk(clip: Clip) -> Walk:
-    """How a clip walks."""
+    """How a clip walks, straight and at a moderate speed."""
     root = root_frame(clip.positions())
     velocity = root.local_velocity()
-    straight = (
-        (velocity[:, 2] > WALK_SPEED[0])
-        & (velocity[:, 2] < WALK_SPEED[1])
-        & (np.abs(velocity[:, 0]) < STRAIGHT[0])
-        & (np.abs(np.gradient(root.facing, 1 / FPS)) < STRAIGHT[1])
-    )
-    rotations = rot.multiply(rot.from_yaw(-root.facing[straight])[:, None], clip.global_rotations()[straight])
-    return Walk(rot.to_6d(rotations).sum(axis=0), int(straight.sum()))
+    speed = rot.length(velocity)[:, 0]
+    steady = (speed > WALK_SPEED[0]) & (speed < WALK_SPEED[1]) & (np.abs(np.gradient(root.facing, 1 / FPS)) < STRAIGHT)
+    axes = rot.to_6d(rot.multiply(rot.from_yaw(-root.facing)[:, None], clip.global_rotations()))
+    goes = steady & (_direction(velocity) == np.arange(len(DIRECTIONS))[:, None])
+    return Walk(np.tensordot(goes.astype(float), axes, 1), goes.sum(axis=1))
 
 
 def share_posture(clips: Sequence[Clip], actors: Sequence[Hashable]) -> list[Clip]:
-    """The clips, each of an actor, in the posture that the actors share. An actor who never walks keeps their own."""
+    """The clips, each of an actor, in the posture that the actors share while they walk straight on; and so they back
+    up and side-step. An actor who never walks keeps their own."""
     walks: dict[Hashable, list[Walk]] = defaultdict(list)
     for clip, actor in zip(clips, actors, strict=True):
         walks[actor].append(measure_walk(clip))
-    postures = {
-        actor: rot.from_6d(sum((walk.total for walk in each), np.zeros(6)))
-        for actor, each in walks.items()
-        if sum(walk.frames for walk in each) >= SHORTEST_WALK
-    }
+    postures = {}
+    for actor, each in walks.items():
+        total, frames = (sum(getattr(walk, name) for walk in each) for name in ("total", "frames"))
+        if frames[0] >= SHORTEST_WALK:
+            known = np.where(frames >= SHORTEST_WALK, np.arange(len(DIRECTIONS)), 0)
+            postures[actor] = rot.from_6d(total[known])
     if len(postures) < 2:
         return list(clips)
-    shared = median_rotations([side for posture in postures.values() for side in (posture, _mirror_posture(posture))])
-    turns = {actor: rot.multiply(rot.inverse(posture), shared) for actor, posture in postures.items()}
+    shared = median_rotations([side for each in postures.values() for side in (each[0], _mirror_posture(each[0]))])
+    turns = {actor: rot.multiply(rot.inverse(each), shared) for actor, each in postures.items()}
     return [_apply_turns(clip, turns[actor]) if actor in turns else clip for clip, actor in zip(clips, actors)]
 
 
@@ -91,11 +94,21 @@ def _mirror_posture(posture: np.ndarray) -> np.ndarray:
     return posture[MIRROR] * MIRROR_QUATERNION
 
 
+def _direction(velocity: np.ndarray) -> np.ndarray:
+    """Which of DIRECTIONS (frames,) local velocities (frames, 3) take."""
+    return np.digitize(np.abs(np.arctan2(velocity[:, 0], velocity[:, 2])), DIRECTIONS[:-1])
+
+
 def _apply_turns(clip: Clip, turns: np.ndarray) -> Clip:
-    """The clip with the global rotations of UPPER followed, in each joint's own axes, by turns (21, 4); the point
-    between the hip joints, and with it the legs, stay where they are."""
+    """The clip with the global rotations of UPPER followed, in each joint's own axes, by those of turns
+    (directions, 21, 4) that belong to where it goes; the point between the hip joints, and with it the legs, stay
+    where they are."""
+    velocity = root_frame(clip.positions()).local_velocity()
+    going = np.where(rot.length(velocity)[:, 0] > WALK_SPEED[0] / 2, _direction(velocity), 0)
+    shares = gaussian_filter1d(np.eye(len(DIRECTIONS))[going], CHANGE_SECONDS * FPS, axis=0, mode="nearest")
+    turn = rot.from_rotation_vector(np.tensordot(shares, rot.to_rotation_vector(turns[:, UPPER]), 1))
     before = clip.global_rotations()
     after = before.copy()
-    after[:, UPPER] = rot.multiply(before[:, UPPER], turns[UPPER])
+    after[:, UPPER] = rot.multiply(before[:, UPPER], turn)
     hips = clip.hips + rot.rotate(before[:, 0], BETWEEN_HIPS) - rot.rotate(after[:, 0], BETWEEN_HIPS)
     return replace(clip, hips=hips, rotations=to_local(after))

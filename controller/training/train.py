@@ -2,6 +2,7 @@
 
 import csv
 import math
+import sys
 import time
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from tqdm import tqdm
 
 from controller.model import idle_layer
 from controller.model.checkpoint import MODEL, fingerprint, load, save
-from controller.model.io_layout import GAITS, INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
+from controller.model.io_layout import GAITS, INPUT, INPUT_SLICES, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.model.network import PhaseFunctionedNetwork
 from controller.training.dataset import Frames, load_folder, neutral_files
 from controller.training.losses import compute_losses, joint_positions, root_displacement
@@ -19,6 +20,7 @@ from sim.body.skeleton import JOINT_COUNT
 from sim.io.atomic_write import atomic_write
 from sim.io.provenance import commit, credit
 
+HIDDEN = 288  # units of a layer: a set of weights, an entry of the phase table, is 0.97 MB
 BATCH = 2048  # frames an update, however long the rollouts
 LEARNING_RATE = 1e-3
 DECAY_FROM = 0.1  # share of the time after which the learning rate falls along a cosine
@@ -39,17 +41,36 @@ def train(
 ) -> Path:
     """Trains on every neutral clip under data_dir and writes weights, checkpoint and curve under out_dir.
 
-    Stops after `minutes` of training in all; `resume` goes on from the checkpoint exactly where it stopped, random
-    numbers included; `start` is a weight file to begin with instead of chance. Returns the weight file's path. Raises
-    ValueError where the folder holds nothing to learn from."""
+    Stops after `minutes` of training in all, or at Ctrl-C, with a checkpoint either way; `resume` goes on from it
+    exactly where it stopped, random numbers included; `start` is a weight file to begin with instead of chance. Says
+    first what it will write. Returns the weight file's path. Raises ValueError where the folder holds nothing to learn
+    from, or where nothing is left to do."""
     out_dir.mkdir(parents=True, exist_ok=True)
     begun = load(start.stem, start.parent) if start else None
     trainer = Trainer(_cached(data_dir, out_dir / "frames.npz"), seed, start=begun)
     checkpoint = out_dir / "checkpoint.pt"
+    budget = minutes * 60
     if resume:
         trainer.restore(checkpoint)
-    budget = minutes * 60
-    saved, curve = trainer.spent, out_dir / "curve.csv"
+        if trainer.spent >= budget:
+            raise ValueError(
+                f"the run in {out_dir} has trained for its {minutes:g} minutes: give it more with --minutes, or train "
+                "another with --out"
+            )
+    try:
+        _run(trainer, out_dir, data_dir, minutes, start)
+    except KeyboardInterrupt:
+        trainer.keep(checkpoint)
+        print(f"\nstopped after {trainer.spent / 60:.1f} minutes: go on with --resume --out {out_dir}", file=sys.stderr)
+        raise
+    plot_curve(out_dir / "curve.csv")
+    return out_dir / f"{MODEL}.safetensors"
+
+
+def _run(trainer: "Trainer", out_dir: Path, data_dir: Path, minutes: float, start: Path | None) -> None:
+    """Updates until the minutes are over, with weights, checkpoint and a line of the curve every CHECKPOINT_SECONDS."""
+    budget, saved = minutes * 60, trainer.spent
+    checkpoint, curve = out_dir / "checkpoint.pt", out_dir / "curve.csv"
     with tqdm(total=round(budget), initial=round(trainer.spent), unit="s", desc="train controller") as bar:
         while trainer.spent < budget:
             losses = trainer.update(trainer.spent / budget)
@@ -61,15 +82,13 @@ def train(
                 trainer.log(curve)
                 trainer.keep(checkpoint)
                 _save_weights(trainer, out_dir, data_dir, minutes, start)
-    plot_curve(curve)
-    return out_dir / f"{MODEL}.safetensors"
 
 
 class Trainer:
     """Network, optimiser, random numbers and clock: everything that a resumed run needs."""
 
     def __init__(
-        self, frames: Frames, seed: int = 1, hidden: int = 512, start: PhaseFunctionedNetwork | None = None
+        self, frames: Frames, seed: int = 1, hidden: int = HIDDEN, start: PhaseFunctionedNetwork | None = None
     ) -> None:
         """start: a trained network to begin with, whose size counts."""
         torch.manual_seed(seed)
@@ -237,17 +256,25 @@ def set_statistics(network: PhaseFunctionedNetwork, frames: Frames) -> None:
             contacts = where["contacts"]
             network.output_mean[contacts], deviation[contacts] = 0.0, 1.0
         getattr(network, f"{kind}_std").copy_(deviation.clamp(min=1e-4))
-    stand = frames.inputs[:, INPUT_SLICES["trajectory_gaits"]][:, :: len(GAITS)].mean(axis=1)
+    gaits = frames.inputs[:, INPUT_SLICES["trajectory_gaits"]].reshape(-1, *INPUT["trajectory_gaits"])
+    heights = np.ptp(frames.inputs[:, INPUT_SLICES["trajectory_heights"]], axis=1)
+    stand = gaits[..., GAITS.index("stand")].mean(axis=1) - gaits[..., GAITS.index("crouch")].max(axis=1) - heights
     network.idle.copy_(torch.from_numpy(idle_layer.fit(frames.inputs, frames.targets, frames.clip)))
     network.standing.copy_(torch.from_numpy(frames.inputs[stand > stand.max() - 1e-3, POSE].mean(axis=0)))
 
 
 def _cached(data_dir: Path, cache: Path) -> Frames:
     """The folder's frames, kept beside the run so that a resumed one starts at once."""
+    print(f"writes weights, checkpoint and curve into {cache.parent}", flush=True)
     if cache.exists():
         with np.load(cache) as file:
             return Frames(**{name: file[name] for name in file.files if name != "names"}, names=file["names"].tolist())
     frames = load_folder(data_dir)
+    size = sum(value.nbytes for value in vars(frames).values() if isinstance(value, np.ndarray)) / 1e9
+    print(
+        f"keeps the frames of {len(frames.names)} clips in {cache}, {size:.1f} GB: delete it when you are done",
+        flush=True,
+    )
     with atomic_write(cache) as temporary:  # half a file would stop every later start
         np.savez(temporary, **vars(frames))
     return frames

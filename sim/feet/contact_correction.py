@@ -48,7 +48,7 @@ def plant_feet(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
         flat = np.minimum(hold[:, toe - 1], hold[:, toe])
         wanted[:, toe, 1] += _level(feet[:, toe], hold[:, toe], flat, clip.fps)
     ankles, toes = _joined(wanted.reshape(-1, 2, 2, 3), feet.reshape(-1, 2, 2, 3), hold.reshape(-1, 2, 2), clip.fps)
-    return replace(clip, rotations=to_local(_stand(clip.hips, rotations, positions, ankles, toes)))
+    return replace(clip, rotations=to_local(put_feet(clip.hips, rotations, positions, ankles, toes)))
 
 
 def scale_strides(clip: Clip, factor: float) -> Clip:
@@ -70,7 +70,7 @@ def scale_strides(clip: Clip, factor: float) -> Clip:
         clip,
         hips=hips,
         rotations=to_local(
-            _stand(hips, rotations, forward_kinematics(hips, rotations), *np.moveaxis(feet + shift, 2, 0))
+            put_feet(hips, rotations, forward_kinematics(hips, rotations), *np.moveaxis(feet + shift, 2, 0))
         ),
     )
 
@@ -93,7 +93,7 @@ def _joined(wanted: np.ndarray, feet: np.ndarray, hold: np.ndarray, fps: float) 
     return ankles, toes
 
 
-def _stand(
+def put_feet(
     hips: np.ndarray, rotations: np.ndarray, positions: np.ndarray, ankles: np.ndarray, toes: np.ndarray
 ) -> np.ndarray:
     """Global rotations (frames, 21, 4) with ankles, then toes, brought to where they are wanted (frames, 2, 3); from

@@ -8,6 +8,7 @@ import numpy as np
 from sim.body.limb_ik import KNEES_FORWARD, LEG_LENGTH, LEGS, height_missing, reach
 from sim.body.pose import Pose
 from sim.body.skeleton import ANKLE_HEIGHT, CONTACT_JOINTS, TOE_HEIGHT
+from sim.ground.ground import Ground, sole_heights
 from sim.math import rotations as rot
 from sim.math.easing import smooth_step
 from sim.math.springs import decay, spring_step
@@ -16,7 +17,7 @@ from sim.motion.clip import FPS
 from sim.motion.thresholds import FOOT_FLAT, FOOT_LOCKED, STANDING_FEET, SWINGING_FOOT
 
 RELEASE_HALFLIFE = 0.1  # seconds in which half of a lifted foot's correction is gone
-HEIGHT_HALFLIFE = 0.05  # seconds, for a foot's way to the floor
+HEIGHT_HALFLIFE, UNEVEN_HALFLIFE = 0.05, 0.035  # seconds, for a foot's way to the floor; to uneven ground
 RISE_HALFLIFE = 0.05  # seconds, for the height of a body on the feet that carry it
 DROP_HALFLIFE = 0.03  # seconds, for hips that sink to let a leg reach
 # Metres: a lifted foot is as high as the neutral one up to this, and a swinging one never lower; of neutral legs, of
@@ -37,6 +38,10 @@ SETTLING_SECONDS, SETTLING_HEIGHT = 0.35, 0.03  # how long a settling step takes
 LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
 LONGEST_TURN = 0.03  # metres that its toe is held back at most, about 12 degrees; past that a flat foot pivots
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
+LONGEST_STEP_DOWN = 0.25  # the same on uneven ground
+FORESIGHT = np.array([0.0, 0.04, 0.08])  # seconds ahead that a swinging foot looks at the ground
+HIGHEST_EDGE = 0.1  # metres that it is raised at most for what it sees
+TILT_HALFLIFE = 0.04  # seconds in which a foot tilts half of its way to the ground
 SOFT = 0.003  # metres that a leg may still be stretched when the hips begin to sink for it: a straight knee would pop
 REACH = 0.9995  # share of the leg's length that is used
 
@@ -52,9 +57,13 @@ class FootLock:
 
     Poses may have a leading axis, of a crowd; every array then has it."""
 
-    def __init__(self) -> None:
+    def __init__(self, ground: Ground | None = None) -> None:
+        """ground: None for level floor."""
+        self.ground = ground
         # (..., 2, 2, 3): left and right, ankle and toe, as they came in the last frame
         self.joints: np.ndarray | None = None
+        # (..., 2, 2): the ground under a foot's sole, ankle and toe; a planted foot keeps what it landed on
+        self.soles: np.ndarray | None = None
         self.slip = _HeldBack(LONGEST_CORRECTION)  # the horizontal correction of each foot
         self.height, self.height_rate = np.zeros(2), np.zeros(2)  # the vertical one
         self.rise = self.rise_rate = np.zeros(())  # of the whole body
@@ -72,13 +81,17 @@ class FootLock:
         contacts, raised = self.settling.step(_by_foot(neutral.contacts), self.slip.vectors)
         legs = np.minimum(legs, 1.0)
         stride = self.stride.step(styled, neutral, legs.max(axis=-1), pace)
+        neutral_feet = _by_foot(neutral.positions[..., CONTACT_JOINTS, :], 3)
         feet = _by_foot(styled.positions[..., CONTACT_JOINTS, :], 3) + stride[..., None, :]
-        neutral_low = _by_foot(neutral.positions[..., CONTACT_JOINTS, 1]).min(axis=-1)
-        rise = self._rise(feet, neutral_low, contacts, legs)
+        soles = self._land(self._soles(feet), contacts)
+        edge = self._edge_ahead(feet, soles)
+        neutral_low = (neutral_feet[..., 1] - self._soles(neutral_feet)).min(axis=-1)
+        rise = self._rise(feet[..., 1] - soles, neutral_low, contacts, legs)
         feet = feet + rise[..., None, :]
-        contacts = contacts * _on_floor(feet[..., 1], legs)
-        feet, turns = self.attitude.step(feet, contacts)
-        targets = feet[..., 0, :] + self._plant(feet, contacts, neutral_low + raised, legs)
+        lifting = np.zeros(2) if self.ground is None else 1 - smooth_step(contacts.min(axis=-1), *FOOT_LOCKED)
+        contacts = contacts * _on_floor(feet[..., 1] - soles, np.maximum(legs, lifting))
+        feet, turns = self.attitude.step(feet, contacts, None if self.ground is None else soles)
+        targets = feet[..., 0, :] + self._plant(feet, soles, edge, contacts, neutral_low + raised, legs)
         drop = self._drop(styled.positions[..., UP_LEG, :] + rise, targets)
         rotations = styled.rotations.copy()
         turned = rot.multiply(turns[..., None, :], _by_foot(rotations[..., CONTACT_JOINTS, :], 4))
@@ -88,12 +101,37 @@ class FootLock:
             reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.reshape(neutral.contacts.shape)
         )
 
-    def _rise(self, feet: np.ndarray, neutral_low: np.ndarray, contacts: np.ndarray, legs: np.ndarray) -> np.ndarray:
-        """What the body rises by (..., 1, 3) so that it stands on the feet that carry it, ankles and toes (..., 2, 2,
-        3) with their contacts (..., 2, 2): the legs keep their bend, and the hips go up and down as the styled legs
-        carry them. Legs without a style, strengths (..., 2), leave it where the neutral one is, whose feet are so high
-        (..., 2)."""
-        error = neutral_low + legs * (TOE_HEIGHT - neutral_low) - feet[..., 1].min(axis=-1) - self.rise[..., None]
+    def _soles(self, feet: np.ndarray) -> np.ndarray:
+        """How high (..., 2, 2) the ground carries the soles under ankles and toes (..., 2, 2, 3), where they are
+        held."""
+        if self.ground is None:
+            return np.zeros(feet.shape[:-1])
+        return sole_heights(self.ground.height_at((feet + self.slip.vectors[..., None, :])[..., ::2]))
+
+    def _land(self, soles: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+        """The soles (..., 2, 2) that count: of a foot that has landed, by its contacts (..., 2, 2), those that it
+        landed on, since on the edge of a step a hair's breadth decides."""
+        if self.ground is not None:
+            landed = smooth_step(contacts.max(axis=-1), *FOOT_LOCKED)[..., None]
+            soles = soles + (0.0 if self.soles is None else landed * (self.soles - soles))
+        self.soles = soles
+        return soles
+
+    def _edge_ahead(self, feet: np.ndarray, soles: np.ndarray) -> np.ndarray:
+        """How much higher (..., 2) than its soles (..., 2, 2) the ground is that a foot is about to pass over."""
+        if self.ground is None or self.joints is None:
+            return np.zeros(soles.shape[:-1])
+        velocity = (feet - self.joints) * FPS
+        path = feet[..., None, :] + velocity[..., None, :] * FORESIGHT[:, None]
+        edge = (self.ground.height_at(path[..., ::2]).max(axis=-1) - soles).max(axis=-1)
+        return np.minimum(np.maximum(edge, 0.0), HIGHEST_EDGE)
+
+    def _rise(self, heights: np.ndarray, neutral_low: np.ndarray, contacts: np.ndarray, legs: np.ndarray) -> np.ndarray:
+        """What the body rises by (..., 1, 3) so that it stands on the feet that carry it, ankles and toes so high
+        (..., 2, 2) over the ground, with their contacts (..., 2, 2): the legs keep their bend, and the hips go up and
+        down as the styled legs carry them. Legs without a style, strengths (..., 2), leave it where the neutral one
+        is, whose feet are so high (..., 2)."""
+        error = neutral_low + legs * (TOE_HEIGHT - neutral_low) - heights.min(axis=-1) - self.rise[..., None]
         # A foot that pushes off leaves the floor by itself: only one that is flat on it draws the body down.
         bearing = smooth_step(np.where(error > 0, contacts.max(axis=-1), contacts.min(axis=-1)), *FOOT_LOCKED)
         lowest = error.max(axis=-1, keepdims=True)  # of two feet on the floor the one that is lower carries more
@@ -102,9 +140,18 @@ class FootLock:
         self.rise, self.rise_rate = spring_step(self.rise, self.rise_rate, wanted, RISE_HALFLIFE, DT)
         return self.rise[..., None, None] * UP
 
-    def _plant(self, feet: np.ndarray, contacts: np.ndarray, neutral_low: np.ndarray, legs: np.ndarray) -> np.ndarray:
-        """What to add to each foot (..., 2, 3), for ankles and toes (..., 2, 2, 3), their contacts (..., 2, 2), the
-        neutral feet's height (..., 2) and how far the legs are styled (..., 2)."""
+    def _plant(
+        self,
+        feet: np.ndarray,
+        soles: np.ndarray,
+        edge: np.ndarray,
+        contacts: np.ndarray,
+        neutral_low: np.ndarray,
+        legs: np.ndarray,
+    ) -> np.ndarray:
+        """What to add to each foot (..., 2, 3), for ankles and toes (..., 2, 2, 3), the ground under them (..., 2, 2)
+        and how much higher its next edge is (..., 2), their contacts (..., 2, 2), the neutral feet's height (..., 2)
+        over the ground and how far the legs are styled (..., 2)."""
         moved = feet - (feet if self.joints is None else self.joints)
         self.joints = feet
         on_ankle = contacts[..., :1] >= contacts[..., 1:]  # which joint carries the weight: ankle or toe
@@ -112,24 +159,28 @@ class FootLock:
         against = -np.where(on_ankle, moved[..., 0, :], moved[..., 1, :]) * FLOOR
         slip = self.slip.step(against, planted)
 
-        low = feet[..., 1].min(axis=-1)
+        low = (feet[..., 1] - soles).min(axis=-1)
         to_floor = TOE_HEIGHT - low
         swinging = smooth_step(rot.length(against)[..., 0] / DT, *SWINGING_FOOT)
         clearance = CLEARANCE + legs * (STYLED_CLEARANCE - CLEARANCE)
         as_neutral = np.minimum(np.maximum(neutral_low, TOE_HEIGHT), clearance)
-        to_clear = np.maximum(as_neutral, TOE_HEIGHT + swinging * (clearance - TOE_HEIGHT)) - low
+        to_clear = np.maximum(as_neutral, TOE_HEIGHT + swinging * (clearance - TOE_HEIGHT + edge)) - low
         flat = smooth_step(contacts.min(axis=-1), *FOOT_LOCKED)
         wanted = (
             np.maximum(to_clear, 0.0) * (1 - planted) + np.maximum(to_floor, 0.0) * (planted - flat) + to_floor * flat
         )
-        self.height, self.height_rate = spring_step(self.height, self.height_rate, wanted, HEIGHT_HALFLIFE, DT)
-        up = np.maximum(self.height, to_floor - 0.5 * TOE_HEIGHT)  # the spring may lag, the floor may not be pierced
+        halflife = HEIGHT_HALFLIFE if self.ground is None else UNEVEN_HALFLIFE
+        self.height, self.height_rate = spring_step(self.height, self.height_rate, wanted, halflife, DT)
+        # The spring may lag, the floor may not be pierced; on a step's edge, that a foot comes to all at once, it may.
+        least = to_floor - 0.5 * TOE_HEIGHT
+        up = np.maximum(self.height, least if self.ground is None else least * planted)
         return slip + up[..., None] * UP
 
     def _drop(self, hips: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """How far (...) the hips sink so that legs from (..., 2, 3) reach ankles at (..., 2, 3)."""
         missing = height_missing(hips, targets, REACH * LEG_LENGTH).max(axis=-1)
-        wanted = np.minimum(SOFT * np.logaddexp(0.0, missing / SOFT), LONGEST_DROP)
+        longest = LONGEST_DROP if self.ground is None else LONGEST_STEP_DOWN
+        wanted = np.minimum(SOFT * np.logaddexp(0.0, missing / SOFT), longest)
         self.drop, self.drop_rate = spring_step(self.drop, self.drop_rate, wanted, DROP_HALFLIFE, DT)
         return self.drop
 
@@ -200,13 +251,22 @@ class _Attitude:
     def __init__(self) -> None:
         self.foot: np.ndarray | None = None  # (..., 2, 3), from ankle to toe, as it came in the last frame
         self.turned = _HeldBack(LONGEST_TURN)  # what the toe of each foot is held back
+        self.tilt, self.tilt_rate = np.zeros(2), np.zeros(2)  # metres that each toe is raised to lie on the ground
 
-    def step(self, feet: np.ndarray, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Ankles and toes (..., 2, 2, 3) with the toes put back, and the turn of each foot (..., 2, 4) that does it."""
+    def step(self, feet: np.ndarray, contacts: np.ndarray, soles: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Ankles and toes (..., 2, 2, 3) with the toes put back, and the turn of each foot (..., 2, 4) that does it;
+        soles: the uneven ground (..., 2, 2) under them, which a flat foot is tilted to."""
         foot = feet[..., 1, :] - feet[..., 0, :]
         against = ((foot if self.foot is None else self.foot) - foot) * FLOOR
         self.foot = foot
         held = self.turned.step(against, smooth_step(contacts.min(axis=-1), *FOOT_FLAT))
+        if soles is not None:
+            level = FLAT_HEIGHTS[1] - FLAT_HEIGHTS[0]
+            wanted = (soles[..., 1] - soles[..., 0] + level - foot[..., 1]) * smooth_step(
+                contacts.min(axis=-1), *FOOT_LOCKED
+            )
+            self.tilt, self.tilt_rate = spring_step(self.tilt, self.tilt_rate, wanted, TILT_HALFLIFE, DT)
+            held = held + self.tilt[..., None] * UP
         turns = rot.between(foot, foot + held)
         feet = feet.copy()
         feet[..., 1, :] = feet[..., 0, :] + rot.rotate(turns, foot)
@@ -244,6 +304,7 @@ def _by_foot(values: np.ndarray, size: int | None = None) -> np.ndarray:
 
 def _on_floor(heights: np.ndarray, legs: np.ndarray) -> np.ndarray:
     """How far (..., 2, 2) ankles and toes at heights (..., 2, 2) may be on the floor at all: contacts are the neutral
-    feet's, and a styled foot, of legs styled as far as (..., 2), may be lifted where the neutral one stands."""
+    feet's, and a styled foot, of legs styled as far as (..., 2), may be lifted where the neutral one stands; so may one
+    that pushes off uphill."""
     lifted = smooth_step(heights - FLAT_HEIGHTS, *OFF_FLOOR)
     return 1 - legs[..., None] * lifted

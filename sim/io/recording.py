@@ -26,16 +26,19 @@ class Recorder:
     frame says how long the stretch before it has lasted, so that a crash loses less than a second of input.
     Raises FileExistsError rather than write over a recording."""
 
-    def __init__(self, path: str | Path, stylizer: str | None = None, pace: bool = False) -> None:
+    def __init__(
+        self, path: str | Path, stylizer: str | None = None, pace: bool = False, ground: str | None = None
+    ) -> None:
         """stylizer: the name of the one in use, for whoever plays it; None: the one that is used unless another is
         named. pace: whether the styles of the legs set the pace at the start; a command that says otherwise is written
-        as a change."""
+        as a change. ground: the name of what it walks on; None for level floor."""
         self.path = Path(path)
         self.frames = 0
         self._file = open(self.path, "x", encoding="ascii")
         self._last: dict[str, Any] = {"pace": pace}  # what the lines so far say
         self._silent = 0  # frames since the last line
-        self._line(HEADER | ({"stylizer": stylizer} if stylizer else {}) | ({"pace": True} if pace else {}))
+        extras = {"stylizer": stylizer, "pace": pace, "ground": ground}
+        self._line(HEADER | {name: value for name, value in extras.items() if value})
 
     def write(self, command: Command) -> None:
         """Records the command of the next frame."""
@@ -48,6 +51,8 @@ class Recorder:
                 for part in {**before, **now["style"]}
                 if before.get(part) != now["style"].get(part)
             }
+        if command.jump:
+            changed["jump"] = True
         self._silent += 1
         if changed or self._silent == FPS:
             self._line({"frame": self.frames, **changed})
@@ -75,11 +80,13 @@ class Recorder:
 @dataclass(frozen=True)
 class Recording:
     """Recorded commands: iterating yields one a frame. `changes` holds (frame, the command from then on); stylizer is
-    the name of the one that it was made with, None where it does not say."""
+    the name of the one that it was made with, None where it does not say; ground that of what it walks on, None for
+    level floor."""
 
     changes: tuple[tuple[int, Command], ...]
     frames: int
     stylizer: str | None = None
+    ground: str | None = None
 
     def __len__(self) -> int:
         return self.frames
@@ -118,6 +125,9 @@ def read(path: str | Path) -> Recording:
             command = replace(command, **_fields_of(entry, command))
             if not ended:
                 changes[frame] = command
+            if command.jump:  # pressed in this frame alone
+                command = replace(command, jump=False)
+                changes[frame + 1] = command
     except ValueError as error:
         raise ValueError(f"{path}, line {number}: {error}") from None
     frames = frame if ended else frame + 1
@@ -125,7 +135,7 @@ def read(path: str | Path) -> Recording:
         raise ValueError(f"{path}: the recording holds no frames")
     if not ended:
         warnings.warn(f"{path} was cut short: it plays up to its last whole line, {frames / FPS:.1f} s", stacklevel=2)
-    return Recording(tuple(changes.items()), frames, header.get("stylizer"))
+    return Recording(tuple(changes.items()), frames, header.get("stylizer"), header.get("ground"))
 
 
 def _encode(command: Command) -> dict[str, Any]:
@@ -170,8 +180,9 @@ def _header_of(line: bytes) -> dict[str, Any]:
     for name in ("version", "fps"):
         if header.get(name) != HEADER[name]:
             raise ValueError(f"{name} is {abbreviate(header.get(name))}, but only {HEADER[name]} can be played")
-    if not isinstance(stylizer := header.get("stylizer"), str | None):
-        raise ValueError(f"stylizer is {abbreviate(stylizer)}, but must be a name")
+    for name in ("stylizer", "ground"):
+        if not isinstance(value := header.get(name), str | None):
+            raise ValueError(f"{name} is {abbreviate(value)}, but must be a name")
     return header
 
 
@@ -230,9 +241,11 @@ def _read_style(value: Any, command: Command) -> StyleSpec:
 
 
 def _read_pace(value: Any, _: Command | None = None) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError(f"pace is {abbreviate(value)}, but must be true or false")
-    return value
+    return _boolean("pace", value)
+
+
+def _read_jump(value: Any, _: Command) -> bool:
+    return _boolean("jump", value)
 
 
 _READERS: dict[str, Callable[[Any, Command], object]] = {
@@ -241,7 +254,14 @@ _READERS: dict[str, Callable[[Any, Command], object]] = {
     "gait": _read_gait,
     "style": _read_style,
     "pace": _read_pace,
+    "jump": _read_jump,
 }
+
+
+def _boolean(name: str, value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"{name} is {abbreviate(value)}, but must be true or false")
+    return value
 
 
 def _pair(name: str, value: Any) -> tuple[float, float]:

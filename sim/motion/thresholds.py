@@ -16,6 +16,7 @@ STYLE_WALK_OR_RUN = (1.8, 2.4)  # forwards, by which a style's walk and run clip
 STAND_SPEED, BACK_SPEED, SIDE_SPEED, RUN_SPEED = 0.2, 0.2, 0.3, 1.7  # what names the movement of a clip
 MOVING_FRAME = 0.3  # over it a captured frame is movement
 MOVING_CLIP = 0.4  # over it a clip's mean is locomotion, not a gesture
+CROUCHED_HIPS = (0.82, 0.9)  # metres over the floor: hips below crouch, hips above are upright
 STILL_ROOT = 0.1  # under it the root of an evaluated motion stands
 
 # ---- feet on the floor -----------------------------------------------------------

@@ -7,6 +7,7 @@ import numpy as np
 
 from sim.body.pose import Pose
 from sim.command import Command
+from sim.ground.ground import Ground
 from sim.latency import Latency
 from sim.motion.clip import FPS, Clip
 from sim.motion.playback_pace import OWN_PACE, Pace
@@ -67,6 +68,9 @@ class _Player:
     def __init__(self, clip: Clip) -> None:
         self.poses = to_pose(clip)
         self.restart()
+
+    def stand_on(self, ground: Ground | None) -> None:
+        """A clip walks where it was captured."""
 
     def restart(self) -> None:
         self.frame, self.shift = 0, np.zeros(3)

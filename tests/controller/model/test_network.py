@@ -1,6 +1,7 @@
 """The phase-functioned network against the paper's formula, and its training on a synthetic walk."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from controller.model import checkpoint
 from controller.model.io_layout import INPUT_SIZE, INPUT_SLICES, OUTPUT_SIZE, OUTPUT_SLICES, POSE_SIZE
 from controller.model.network import PhaseFunctionedNetwork, spline_coefficients
 from controller.training.dataset import Frames, frames_of, is_held_out, kind_of
+from controller.training.labelled_clip import label
 from controller.training.train import Starts, Trainer
 from sim.motion.clip import FPS
 from tests.support.walker import SPEED, planted_clip, walking_clip
@@ -41,11 +43,11 @@ def test_the_phase_is_cyclic():
 
 
 def test_frames_describe_the_walk_they_were_made_from():
-    inputs, targets, phase = frames_of(walking_clip(240, yaw=0.8).grounded())
+    inputs, targets, phase = frames_of(label(walking_clip(240, yaw=0.8).grounded()))
     assert inputs.shape == (239, INPUT_SIZE) and targets.shape == (239, OUTPUT_SIZE) and phase.shape == (239,)
     step = targets[:, OUTPUT_SLICES["root"]]
     np.testing.assert_allclose(step, np.tile([0, SPEED / FPS, 0], (239, 1)), atol=1e-5)
-    ahead = inputs[:, INPUT_SLICES["trajectory_positions"]].reshape(-1, 12, 2)
+    ahead = inputs[:, INPUT_SLICES["trajectory_positions"]].reshape(-1, 12, 3)[..., ::2]
     np.testing.assert_allclose(ahead[..., 1], np.tile(np.arange(-60, 60, 10) * SPEED / FPS, (239, 1)), atol=1e-4)
     np.testing.assert_allclose(ahead[..., 0], 0, atol=1e-4)
     np.testing.assert_allclose(
@@ -55,14 +57,16 @@ def test_frames_describe_the_walk_they_were_made_from():
 
 def test_kinds_of_movement_are_told_apart():
     walk = walking_clip(240)
-    assert kind_of(walk) == "forward walk"
-    assert kind_of(walk.paced(2.5)) == "run"
-    assert kind_of(planted_clip()) == "stand"
-    assert kind_of(walk[::-1]) == "strafing and backing"
+    path = Path("walk.bvh")
+    assert kind_of(path, walk) == "forward walk"
+    assert kind_of(path, walk.paced(2.5)) == "run"
+    assert kind_of(path, planted_clip()) == "stand"
+    assert kind_of(path, walk[::-1]) == "strafing and backing"
+    assert kind_of(Path("o3de/Jumps1.bvh"), walk) == "jump" and kind_of(Path("o3de/Crouching1.bvh"), walk) == "crouch"
 
 
 def tiny_frames() -> Frames:
-    inputs, targets, phase = frames_of(walking_clip(240).grounded())
+    inputs, targets, phase = frames_of(label(walking_clip(240).grounded()))
     count = len(phase)
     last = np.zeros(count, bool)
     last[[count // 2, count - 1]] = True

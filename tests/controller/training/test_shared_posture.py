@@ -53,7 +53,7 @@ def test_the_clips_of_one_actor_turn_alike_whether_they_walk_or_not():
         hips=np.repeat(walk.hips[:1], len(walk), axis=0),
         rotations=np.repeat(walk.rotations[:1], len(walk), axis=0),
     )
-    assert measure_walk(stand).frames == 0
+    assert not measure_walk(stand).frames.any()
     shared = share_posture([walk, stand, other, stand], ["a", "a", "b", "never walks"])
     np.testing.assert_allclose(
         angles_between(shared[0][:1], walk[:1]), angles_between(shared[1][:1], stand[:1]), atol=1e-6

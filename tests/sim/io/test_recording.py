@@ -16,6 +16,7 @@ EXAMPLE = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
 {"frame": 600, "end": true}
 """
 START = {"frame": 0}
+FORWARD = (0.0, 1.0)
 BLEND = {"spine": ("old", 0.9, "proud", 1 / 3)}
 COMMANDS = (
     [Command((0.1 + 0.2, -1 / 3), (1e-3, 0.9), "run", {"spine": ("old", 1 / 7)})] * 3
@@ -148,6 +149,31 @@ def test_a_blend_of_two_styles(write):
     (command,) = recording
     assert command.style == dict.fromkeys(("left_arm", "right_arm"), ("old", 1.0, "proud", 0.4))
     assert recording.styles == ("old", "proud")
+
+
+def test_a_jump_is_pressed_in_one_frame(tmp_path, write):
+    pressed = [Command(FORWARD), Command(FORWARD, jump=True), Command(FORWARD, jump=True), Command(FORWARD), Command()]
+    with Recorder(tmp_path / "r.jsonl") as recorder:
+        for command in pressed:
+            recorder.write(command)
+    assert list(read(tmp_path / "r.jsonl")) == pressed
+    by_hand = lines({"frame": 0, "gait": "crouch"}, {"frame": 2, "jump": True}, {"frame": 5, "end": True})
+    played = list(read(write(by_hand)))
+    assert [command.jump for command in played] == [False, False, True, False, False]
+    assert {command.gait for command in played} == {"crouch"}
+
+
+def test_a_jump_in_the_last_frame_of_a_recording_that_was_cut_short(write):
+    with pytest.warns(match="cut short"):
+        played = list(read(write(lines(START, {"frame": 1, "jump": True}))))
+    assert [command.jump for command in played] == [False, True]
+
+
+def test_a_recording_says_what_it_walks_on(tmp_path, write):
+    with Recorder(tmp_path / "r.jsonl", ground="stairs") as recorder:
+        recorder.write(Command())
+    assert read(tmp_path / "r.jsonl").ground == "stairs"
+    assert read(write(EXAMPLE)).ground is None
 
 
 def test_only_changes_are_written(tmp_path):

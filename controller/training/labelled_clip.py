@@ -1,0 +1,92 @@
+"""A clip to learn from, with all that is known of its frames beside the motion itself."""
+
+from dataclasses import dataclass, field, replace
+from typing import Callable
+
+import numpy as np
+
+from controller.model.gait_phase import GRAVITY, jump_weight, label_phase
+from sim.body.skeleton import CONTACT_JOINTS
+from sim.math.easing import ramp
+from sim.motion.clip import FPS, Clip, RootFrame, root_frame
+from sim.motion.contacts import foot_contacts
+from sim.motion.thresholds import CROUCHED_HIPS
+
+LEFT_RIGHT = [2, 3, 0, 1]  # contacts of the mirrored body
+STANCE_SMOOTHING = 0.25  # seconds (Gaussian sigma): hips dip in every stride, a crouch lasts
+FLIGHT_FEET = 0.06  # metres over the floor, of the lowest joint of the feet, that a flight reaches
+LIFTED_FEET = 0.035  # metres: where it begins and ends
+FLIGHT_SECONDS = (0.25, 0.75)  # between which a leap over level floor lasts
+FALLING = (0.6, 1.4)  # share of GRAVITY between which hips fall that are free
+
+HeightAt = Callable[[np.ndarray], np.ndarray]  # metres (...) at places (..., 2), world x and z
+
+
+def level(places: np.ndarray) -> np.ndarray:
+    """The height 0 (...) of level ground at places (..., 2)."""
+    return np.zeros(places.shape[:-1])
+
+
+@dataclass(frozen=True)
+class LabelledClip:
+    """A grounded 60 Hz clip; contacts (frames, 4); phase (frames,) unwrapped radians; crouch, jump (frames,) in 0..1;
+    lift (frames,): metres that a jump carries the root over the ground; the ground, as it is and blurred."""
+
+    clip: Clip
+    contacts: np.ndarray
+    phase: np.ndarray
+    crouch: np.ndarray
+    jump: np.ndarray
+    lift: np.ndarray
+    height_at: HeightAt = field(default=level)
+    smooth_height_at: HeightAt = field(default=level)
+
+    def __len__(self) -> int:
+        return len(self.clip)
+
+    def __getitem__(self, frames: slice) -> "LabelledClip":
+        parts = {name: getattr(self, name)[frames] for name in ("clip", "contacts", "phase", "crouch", "jump", "lift")}
+        return replace(self, **parts)
+
+    def mirrored(self) -> "LabelledClip":
+        """Left and right exchanged, on level ground."""
+        return replace(self, clip=self.clip.mirrored(), contacts=self.contacts[:, LEFT_RIGHT], phase=self.phase + np.pi)
+
+    def root(self) -> RootFrame:
+        """Its root: on the ground, or carried over it by a jump."""
+        root = root_frame(self.clip.positions())
+        root.positions[:, 1] = self.smooth_height_at(root.positions[:, ::2]) + self.lift
+        return root
+
+
+def label(clip: Clip, jumps: bool = False, crouches: bool = False) -> LabelledClip:
+    """The labels of a grounded 60 Hz clip on level floor; jumps, crouches: whether it may show any at all."""
+    from scipy.ndimage import gaussian_filter1d
+
+    positions, contacts = clip.positions(), foot_contacts(clip)
+    jump, lift = np.zeros(len(clip)), np.zeros(len(clip))
+    for start, stop in find_flights(positions) if jumps else ():
+        time = (np.arange(len(clip)) - start) / FPS
+        seconds = (stop - start) / FPS
+        lift += np.maximum(0.0, GRAVITY / 2 * time * (seconds - time))
+        jump = np.maximum(jump, jump_weight(time, seconds))
+    hips = gaussian_filter1d(positions[:, 0, 1] - lift, STANCE_SMOOTHING * FPS, mode="nearest")
+    crouch = 1 - ramp(hips, *CROUCHED_HIPS) if crouches else np.zeros(len(clip))
+    return LabelledClip(clip, contacts, label_phase(positions, contacts), crouch, jump, lift)
+
+
+def find_flights(positions: np.ndarray) -> list[tuple[int, int]]:
+    """The first and the last frame of each leap over level floor, in joint positions (frames, 21, 3): both feet leave
+    it and the hips fall freely."""
+    low = positions[:, CONTACT_JOINTS, 1].min(axis=1)
+    found = []
+    lifted = np.flatnonzero(np.diff(np.concatenate([[0], low > LIFTED_FEET, [0]])))
+    for start, stop in zip(lifted[::2], lifted[1::2]):
+        seconds = (stop - start) / FPS
+        if not FLIGHT_SECONDS[0] < seconds < FLIGHT_SECONDS[1] or low[start:stop].max() < FLIGHT_FEET:
+            continue
+        height = positions[start:stop, 0, 1]
+        fall = -2 * np.polyfit(np.arange(len(height)) / FPS, height, 2)[0] / GRAVITY
+        if FALLING[0] < fall < FALLING[1] and start > 0 and stop < len(positions):
+            found.append((int(start), int(stop)))
+    return found
