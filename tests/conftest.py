@@ -24,6 +24,9 @@ class FakeController:
     def restart(self) -> None:
         self.position, self.facing, self.frame = np.zeros(3), 0.0, 0
 
+    def stand_on(self, ground) -> None:
+        self.restart()
+
     def step(self, command, pace=OWN_PACE) -> Pose:
         x, z = command.desired_velocity
         self.position = self.position + np.array([x, 0.0, z]) / FPS
@@ -89,6 +92,9 @@ class FakeCrowd:
         for one in self.each:
             one.restart()
 
+    def stand_on(self, ground) -> None:
+        self.restart()
+
     def leg_strengths(self) -> np.ndarray:
         return np.array([one.leg_strengths() for one in self.each])
 
@@ -107,9 +113,9 @@ class FakeCrowd:
         )
 
 
-def fake_session(stylizer=None, latency=None) -> Session:
+def fake_session(stylizer=None, latency=None, ground=None) -> Session:
     """In place of demo.assemble.build_session."""
-    return Session(FakeController(), FakeStylizer(), latency)
+    return Session(FakeController(), FakeStylizer(), latency, ground)
 
 
 @pytest.fixture

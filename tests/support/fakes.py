@@ -11,6 +11,7 @@ from sim.body.kinematics import to_global
 from sim.body.pose import Pose
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, JOINT_COUNT, PARTS, REST_HIPS_HEIGHT
 from sim.command import Command
+from sim.ground.ground import Ground
 from sim.math import rotations as rot
 from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.session import Session
@@ -25,7 +26,7 @@ BENDS = {"bent": 0.35, "flapping": -0.6, "marching": 0.2}  # style name -> radia
 class Walker:
     """Goes where the stick points and swings legs and arms as sines of a phase that advances with the way."""
 
-    fingerprint = trajectory = None
+    fingerprint = trajectory = ground = None
 
     def __init__(self) -> None:
         self.restart()
@@ -33,10 +34,16 @@ class Walker:
     def restart(self) -> None:
         self.position, self.velocity, self.facing, self.phase = np.zeros(3), np.zeros(2), 0.0, 0.0
 
+    def stand_on(self, ground: Ground | None) -> None:
+        self.ground = ground
+        self.restart()
+
     def step(self, command: Command, pace: Pace = OWN_PACE) -> Pose:
         self.velocity = self.velocity + (command.desired_velocity - self.velocity) * 0.12
         speed = float(np.linalg.norm(self.velocity))
         self.position = self.position + np.array([self.velocity[0], 0, self.velocity[1]]) * DT
+        if self.ground:
+            self.position[1] = self.ground.smooth_height_at(self.position[[0, 2]])
         self.phase = (self.phase + speed * STRIDE_PHASE * DT) % (2 * np.pi)
         wanted = command.face or (self.velocity if speed > 0.1 else None)
         if wanted is not None:
@@ -61,9 +68,9 @@ class Walker:
         hips = self.position + [0, REST_HIPS_HEIGHT, 0]
         pose = Pose(self.position, self.facing, hips, to_global(local), np.zeros(4), self.phase)
         feet = pose.positions[CONTACT_JOINTS, 1]
-        lowest = min(feet[1], feet[3], feet[0] - 0.05, feet[2] - 0.05)
+        lowest = min(feet[1], feet[3], feet[0] - 0.05, feet[2] - 0.05) - self.position[1]
         pose = pose.with_body(pose.hips - [0, lowest - 0.02, 0], pose.rotations)
-        heights = pose.positions[CONTACT_JOINTS, 1] - [0.07, 0.02, 0.07, 0.02]
+        heights = pose.positions[CONTACT_JOINTS, 1] - self.position[1] - [0.07, 0.02, 0.07, 0.02]
         return replace(pose, contacts=np.clip(1 - heights / 0.04, 0, 1))
 
 
@@ -81,9 +88,9 @@ class Bender(FakeStylizer):
         return neutral.with_body(neutral.hips, to_global(local))
 
 
-def fake_session() -> Session:
+def fake_session(ground: Ground | None = None) -> Session:
     """A session that needs no weights."""
-    return Session(Walker(), Bender())
+    return Session(Walker(), Bender(), ground=ground)
 
 
 def key(name: str, down: bool = True, mod: int = 0) -> pygame.event.Event:
