@@ -61,7 +61,7 @@ def _pictures(
 ) -> Generator[np.ndarray, None, None]:
     """Every step-th frame as (height, width, 3) uint8."""
     view = View()
-    view.camera.jump(frames[0].styled.root_position)
+    view.jump_to(frames[0])
     with _open(size) as window:
         renderer = Renderer(window.size)
         for frame in tqdm(frames[::step], "video", unit="frame", leave=False, disable=not sys.stderr.isatty()):

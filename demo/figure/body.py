@@ -97,19 +97,25 @@ VISOR = BIND.positions[INDEX["Head"]] + [0.0, 0.074, 0.090]  # the dark glass th
 
 @dataclass(frozen=True)
 class Figure:
-    """A body as the passes read it: `bones` (84, 3), `tints` (5, 4) display colours by body part, both float32."""
+    """A body as the passes read it: `bones` (84, 3), `tints` (5, 4) display colours by body part, both float32; `plane`
+    (3,) of the ground under it: its height at the origin, and the metres that it rises in a metre of x and of z."""
 
     bones: np.ndarray
     tints: np.ndarray
+    plane: np.ndarray
 
 
 def figure(
-    pose: Pose, part_colours: np.ndarray, shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)
+    pose: Pose,
+    part_colours: np.ndarray,
+    shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0),
+    plane: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Figure:
-    """The body in `pose`, moved by `shift` metres, in display colours (5, 3) in the order of PART_NAMES."""
+    """The body in `pose`, moved by `shift` metres, in display colours (5, 3) in the order of PART_NAMES, on a plane as
+    Figure has it."""
     tints = np.ones((len(PART_NAMES), 4), np.float32)
     tints[:, :3] = part_colours
-    return Figure(bones(pose, shift), tints)
+    return Figure(bones(pose, shift), tints, np.asarray(plane))
 
 
 def bones(pose: Pose, shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:

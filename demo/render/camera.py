@@ -4,12 +4,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sim.ground.ground import Ground
+
 PITCH_LIMITS = (-0.02, 1.35)  # radians above the horizon: never under the floor
 DISTANCE_LIMITS = (1.2, 14.0)  # metres
-AIM_HEIGHT = 0.88  # metres: what the camera looks at
-FOLLOW_HALF_LIFE = 0.08  # seconds
+AIM = np.array([0.0, 0.88, 0.0])  # metres over the character's place: what the camera looks at
+FOLLOW_HALF_LIFE = np.array([0.08, 0.15, 0.08])  # seconds, in x, y, z: unhurried over bumps
 ORBIT_HALF_LIFE = 0.05
 NEAR, FAR = 0.1, 200.0
+ANKLES = 0.78  # metres under the target: from there up no ground shall hide the character
+CLEARANCE = 0.2  # metres that the eye stays over uneven ground
+SIGHT = np.linspace(0, 1, 9)[1:]  # shares of the way from the target to the eye where the ground is looked at
 
 
 @dataclass
@@ -22,7 +27,7 @@ class Camera:
     pitch: float = 0.20
     distance: float = 3.9
     field_of_view: float = 0.66  # radians, vertical
-    target: np.ndarray = field(default_factory=lambda: np.array([0.0, AIM_HEIGHT, 0.0]))
+    target: np.ndarray = field(default_factory=AIM.copy)
 
     def __post_init__(self) -> None:
         self._wanted = {"yaw": self.yaw, "pitch": self.pitch, "distance": self.distance}
@@ -36,17 +41,28 @@ class Camera:
         """Comes closer by a tenth for each notch, goes away for negative ones."""
         self._wanted["distance"] = float(np.clip(self._wanted["distance"] * 0.9**notches, *DISTANCE_LIMITS))
 
-    def follow(self, position: np.ndarray, seconds: float) -> None:
-        """Lets `seconds` pass while the character stands at `position` (3,) on the floor."""
-        goal = np.array([position[0], AIM_HEIGHT, position[2]])
+    def follow(self, position: np.ndarray, seconds: float, ground: Ground | None = None) -> None:
+        """Lets `seconds` pass while the character stands at `position` (3,) on a ground, None for level floor."""
+        goal = position + AIM
         self.target = self.target + (goal - self.target) * (1 - 0.5 ** (seconds / FOLLOW_HALF_LIFE))
         ease = 1 - 0.5 ** (seconds / ORBIT_HALF_LIFE)
         for name, wanted in self._wanted.items():
             setattr(self, name, getattr(self, name) + (wanted - getattr(self, name)) * ease)
+        self._rise_over(ground)
 
-    def jump(self, position: np.ndarray) -> None:
-        """Aims at a character at `position` (3,) at once."""
-        self.target = np.array([position[0], AIM_HEIGHT, position[2]])
+    def jump(self, position: np.ndarray, ground: Ground | None = None) -> None:
+        """Aims at a character at `position` (3,) on a ground at once."""
+        self.target = position + AIM
+        self._rise_over(ground)
+
+    def _rise_over(self, ground: Ground | None) -> None:
+        """Looks down more steeply where the ground would come over the eye or between it and the ankles."""
+        if ground is None:
+            return
+        places = self.target + SIGHT[:, None] * (self.eye - self.target)
+        over_ankles = ground.smooth_height_at(places[:, [0, 2]]) - (self.target[1] - ANKLES)
+        least = (over_ankles / SIGHT).max() - ANKLES + CLEARANCE  # metres that the eye must be over the target
+        self.pitch = max(self.pitch, float(np.arcsin(np.clip(least / self.distance, -1, np.sin(PITCH_LIMITS[1])))))
 
     @property
     def forward(self) -> np.ndarray:

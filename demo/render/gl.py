@@ -223,6 +223,12 @@ def inlay(
     GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, framebuffer)
 
 
+def clear(colour: tuple[float, float, float]) -> None:
+    """Fills what is bound with a colour."""
+    GL.glClearColor(*colour, 1.0)
+    GL.glClear(GL.GL_COLOR_BUFFER_BIT)
+
+
 def clear_depth() -> None:
     """Empties the depth buffer of what is bound."""
     GL.glClear(GL.GL_DEPTH_BUFFER_BIT)

@@ -8,6 +8,7 @@ from demo.render.view import Paths
 from demo.ui.canvas import Colour
 from sim.body.pose import Pose
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, PARENTS
+from sim.ground.ground import Ground
 from sim.session import Frame
 
 DISC, RING, ARROW = 0, 1, 2
@@ -20,13 +21,21 @@ WISH = (0.97, 0.60, 0.16)
 PREDICTED = (0.10, 0.55, 0.62)
 PAST = (0.42, 0.46, 0.52)
 WAY_HEIGHT = 0.012  # metres that ways lie above the floor
+WAY_STEP = 0.1  # metres between the points of a way that follows uneven ground
+ARROW_MARGIN = 0.05  # metres about an arrow within which it is drawn
 
 
-def shades(pose: Pose, shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> list[tuple]:
-    """Soft dark discs under the hips and under feet near the ground."""
+def shades(
+    pose: Pose,
+    ground: Ground | None = None,
+    shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> list[tuple]:
+    """Soft dark discs under the hips and under feet near the ground; None: level floor."""
     hips = pose.positions[0] + shift
     result = [(hips[0], hips[2], 0.55, 0.0, *SHADE, 0.16, DISC, 0.0)]
-    for x, height, z in pose.positions[SHADE_JOINTS] + shift:
+    feet = pose.positions[SHADE_JOINTS] + shift
+    heights = feet[:, 1] if ground is None else feet[:, 1] - ground.height_at(feet[:, [0, 2]])
+    for (x, _, z), height in zip(feet, heights, strict=True):
         strength = 0.50 * float(np.clip(1.0 - (height - 0.02) / 0.25, 0.0, 1.0)) ** 2
         result.append((x, z, 0.15, 0.0, *SHADE, strength, DISC, 0.0))
     return result
@@ -63,24 +72,39 @@ def skeleton(
     return rows + [_line(place, place, (*colour, 1.0), 3.2 * scale) for place in places]
 
 
-def paths(paths_: Paths, scale: float) -> list[tuple]:
+def paths(paths_: Paths, scale: float, ground: Ground | None = None) -> list[tuple]:
     """The way gone, asked and predicted: a line each, with a dot at every sample of the two to come."""
-    here = paths_.past[-1]
-    rows = _polyline(paths_.past, PAST, scale)
+    here = paths_.past[-1:]
+    rows = _polyline(paths_.past, PAST, scale, ground)
     for points, colour, width in ((paths_.predicted, PREDICTED, 1.6), (paths_.desired, WISH, 1.0)):
-        rows += _polyline([here, *points], colour, scale * width)
-        rows += [_line(_on_floor(at), _on_floor(at), (*colour, 1.0), 4.0 * scale) for at in points]
+        rows += _polyline(np.concatenate([here, points]), colour, scale * width, ground)
+        rows += [_line(at, at, (*colour, 1.0), 4.0 * scale) for at in _on_ground(points, ground)]
     return rows
 
 
-def _polyline(points: np.ndarray | Sequence[np.ndarray], colour: Colour, scale: float) -> list[tuple]:
-    return [
-        _line(_on_floor(a), _on_floor(b), (*colour, 0.9), 1.4 * scale) for a, b in zip(points, points[1:], strict=False)
-    ]
+def boxes(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The rectangles that marks, rows (n, 10), lie in: world x and z (n, 2) of opposite corners."""
+    start, displacement = rows[:, :2], rows[:, 2:4]
+    is_arrow = rows[:, 8:9] == ARROW
+    tip = start + displacement * is_arrow
+    margin = np.where(is_arrow, rows[:, 9:] + ARROW_MARGIN, np.linalg.norm(displacement, axis=-1, keepdims=True))
+    return np.minimum(start, tip) - margin, np.maximum(start, tip) + margin
 
 
-def _on_floor(point: np.ndarray) -> tuple[float, float, float]:
-    return point[0], WAY_HEIGHT, point[1]
+def _polyline(points: np.ndarray, colour: Colour, scale: float, ground: Ground | None) -> list[tuple]:
+    """Through points (n, 2) on the floor, on uneven ground over all that lies between them."""
+    if ground is not None:
+        lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=-1)))
+        along = np.union1d(lengths, np.arange(0.0, lengths[-1], WAY_STEP))
+        points = np.stack([np.interp(along, lengths, points[:, axis]) for axis in (0, 1)], axis=-1)
+    places = _on_ground(points, ground)
+    return [_line(a, b, (*colour, 0.9), 1.4 * scale) for a, b in zip(places, places[1:], strict=False)]
+
+
+def _on_ground(points: np.ndarray, ground: Ground | None) -> np.ndarray:
+    """(n, 3) a little over the ground at points (n, 2)."""
+    height = np.zeros(len(points)) if ground is None else ground.height_at(points)
+    return np.stack([points[:, 0], height + WAY_HEIGHT, points[:, 1]], axis=-1)
 
 
 def _line(start: Sequence[float], stop: Sequence[float], colour: Colour, half_width: float) -> tuple:

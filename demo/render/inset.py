@@ -51,7 +51,7 @@ class Inset:
         self._frames = [Frame(command, pose, pose) for pose in poses]
         self._left = round(SECONDS * FPS)
         self._view = View(Camera(yaw=float(root.facing[0]) + np.pi + 0.6, distance=3.1), arrow=False, contacts=False)
-        self._view.camera.jump(root.positions[0])
+        self._view.jump_to(self._frames[0])
 
     def step(self) -> None:
         """Lets a simulated frame pass."""
@@ -59,7 +59,7 @@ class Inset:
             self._left -= 1
             frame = self._frame()
             if frame is self._frames[0]:
-                self._view.camera.jump(frame.styled.root_position)
+                self._view.jump_to(frame)
             self._view.follow(frame, 1 / FPS)
 
     def draw(self, window_size: tuple[int, int]) -> None:

@@ -5,12 +5,13 @@ import numpy as np
 from demo.figure import body, colours
 from demo.render import ground_decals
 from demo.render.camera import Camera
+from demo.render.ground_mesh import TO_LIGHT, tangent_plane
 from demo.render.view import View
 from demo.ui import hud
+from sim.body.pose import Pose
 from sim.body.skeleton import PART_NAMES
 from sim.session import Frame
 
-TO_LIGHT = np.array([0.36, 0.84, 0.41]) / np.linalg.norm([0.36, 0.84, 0.41])
 SHADOW_MARGIN = 0.3  # metres of ground round the joints' shadows that the body's blurred one can reach
 HARDWARE_SAMPLES = 4
 SOFTWARE_PIXELS = 1280 * 720  # of the scene where a processor draws; a larger window shows it magnified, its text sharp
@@ -29,12 +30,8 @@ class Renderer:
         from demo.render import gl, render_passes
 
         self._gl, self._bodies, self._shadow = gl, render_passes.Bodies(), render_passes.Shadow()
-        self._scenery, self._decals, self._panels = (
-            render_passes.Scenery(),
-            render_passes.ground_decals(),
-            render_passes.Panels(),
-        )
-        self._lines = render_passes.lines()
+        self._flat, self._uneven = render_passes.FlatGround(), render_passes.UnevenGround()
+        self._lines, self._panels = render_passes.lines(), render_passes.Panels()
         software = gl.is_software()
         self._samples = (0 if software else HARDWARE_SAMPLES) if samples is None else samples
         self._most_pixels = SOFTWARE_PIXELS if software else float("inf")
@@ -66,9 +63,12 @@ class Renderer:
 
         self._scene.bind()
         self._gl.clear_depth()
-        self._scenery.draw(*_sky(camera, size), camera.target, world_to_clip)
-        self._scenery.shade(shadow, area, world_to_clip)
-        self._decals.draw(self._decals_of(frame, view), world_to_clip=world_to_clip)
+        if view.ground is not None:
+            self._uneven.stand_on(view.ground)
+        ground = self._flat if view.ground is None else self._uneven
+        ground.draw(*_sky(camera, size), camera.target, world_to_clip)
+        ground.shade(shadow, area, world_to_clip)
+        ground.mark(_marks(frame, view), world_to_clip)
         pixel = 2 * np.tan(camera.field_of_view / 2) / min(size)
         seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "pixel": pixel}
         self._bodies.draw(figures, to_light=TO_LIGHT, **seen)
@@ -84,31 +84,47 @@ class Renderer:
         if self._colours is None:
             self._colours = wanted
         self._colours = self._colours + COLOUR_EASE * (wanted - self._colours)
-        figures = [body.figure(frame.styled, colours.brighten(self._colours, view.glow))]
+        brightened = colours.brighten(self._colours, view.glow)
+        figures = [body.figure(frame.styled, brightened, plane=_plane(frame.styled, view))]
         if view.twin == "beside":
-            figures.append(body.figure(frame.neutral, np.tile(colours.TWIN, (len(wanted), 1)), view.twin_shift))
+            shift, tints = view.twin_shift(frame), np.tile(colours.TWIN, (len(wanted), 1))
+            figures.append(body.figure(frame.neutral, tints, shift, _plane(frame.neutral, view, shift)))
         return figures
 
-    def _decals_of(self, frame: Frame, view: View) -> np.ndarray:
-        rows = ground_decals.shades(frame.styled)
-        if view.twin == "beside":
-            rows += ground_decals.shades(frame.neutral, view.twin_shift)
-        if view.contacts:
-            rows += ground_decals.contacts(frame.styled)
-        if view.arrow and view.paths is None:
-            rows += ground_decals.arrow(frame)
-        return np.array(rows, np.float32)
+
+def _plane(pose: Pose, view: View, shift: np.ndarray | float = 0.0) -> np.ndarray:
+    """That of the ground under a character, moved by `shift` metres (demo.render.ground_mesh.tangent_plane)."""
+    return tangent_plane(view.ground, (pose.root_position + shift)[[0, 2]])
+
+
+def _marks(frame: Frame, view: View) -> np.ndarray:
+    rows = ground_decals.shades(frame.styled, view.ground)
+    if view.twin == "beside":
+        rows += ground_decals.shades(frame.neutral, view.ground, view.twin_shift(frame))
+    if view.contacts:
+        rows += ground_decals.contacts(frame.styled)
+    if view.arrow and view.paths is None:
+        rows += ground_decals.arrow(frame)
+    return np.array(rows, np.float32)
 
 
 def _shadow_area(frame: Frame, view: View) -> tuple[float, float, float]:
     """The square of ground that holds the shadows: centre x, z and half its side. A small one is quick to draw."""
-    joints = frame.styled.positions
+    shadows = _shadow(frame.styled.positions, _plane(frame.styled, view))
     if view.twin == "beside":
-        joints = np.concatenate([joints, frame.neutral.positions + view.twin_shift])
-    # the shadow falls away from the light
-    ground = joints[:, [0, 2]] - TO_LIGHT[[0, 2]] * (joints[:, 1:2] / TO_LIGHT[1])
-    low, high = ground.min(0) - SHADOW_MARGIN, ground.max(0) + SHADOW_MARGIN
+        shift = view.twin_shift(frame)
+        shadows = np.concatenate(
+            [shadows, _shadow(frame.neutral.positions + shift, _plane(frame.neutral, view, shift))]
+        )
+    low, high = shadows.min(0) - SHADOW_MARGIN, shadows.max(0) + SHADOW_MARGIN
     return *((low + high) / 2), float((high - low).max() / 2)
+
+
+def _shadow(joints: np.ndarray, plane: np.ndarray) -> np.ndarray:
+    """(n, 2) world x and z where the shadows of joints (n, 3) fall on a plane, away from the light."""
+    places = joints[:, [0, 2]]
+    heights = joints[:, 1] - plane[0] - places @ plane[1:]
+    return places - TO_LIGHT[[0, 2]] * (heights / (TO_LIGHT[1] - plane[1:] @ TO_LIGHT[[0, 2]]))[:, None]
 
 
 def _ghosts(frame: Frame, view: View) -> list[tuple[body.Figure, float]]:
@@ -122,11 +138,11 @@ def _ghosts(frame: Frame, view: View) -> list[tuple[body.Figure, float]]:
 def _lines(frame: Frame, view: View, size: tuple[int, int]) -> np.ndarray:
     rows = []
     if view.paths is not None:
-        rows += ground_decals.paths(view.paths, hud.scale_for(size))
+        rows += ground_decals.paths(view.paths, hud.scale_for(size), view.ground)
     if view.skeleton:
         rows += ground_decals.skeleton(frame.styled, colours.BONES, hud.scale_for(size))
         if view.twin == "beside":
-            rows += ground_decals.skeleton(frame.neutral, colours.BONES, hud.scale_for(size), view.twin_shift)
+            rows += ground_decals.skeleton(frame.neutral, colours.BONES, hud.scale_for(size), view.twin_shift(frame))
     return np.array(rows, np.float32)
 
 

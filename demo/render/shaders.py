@@ -46,6 +46,7 @@ uniform vec3 eye;
 uniform vec3 to_light;
 uniform vec3 visor;   // the middle of the dark visor in the bind pose
 uniform float edges;
+uniform vec3 plane;   // of the ground under the body: its height at the origin, its rise along x and z
 in vec3 world;
 in vec3 normal;
 in vec3 limb;
@@ -80,7 +81,8 @@ void main() {
     float lambert = dot(n, to_light);
     float key = max(0.80 * lambert + 0.20, 0.0);
     float open = mix(0.42, 1.0, share.z);                                // light that the body itself keeps away
-    open *= 0.70 + 0.30 * clamp(world.y * 1.2 + 0.1, 0.0, 1.0);          // close to the ground less light comes in
+    float height = world.y - plane.x - dot(plane.yz, world.xz);
+    open *= 0.70 + 0.30 * clamp(height * 1.2 + 0.1, 0.0, 1.0);           // close to the ground less light comes in
     vec3 ambient = mix(vec3(0.235, 0.21, 0.195), vec3(0.33, 0.40, 0.50), 0.5 + 0.5 * n.y);
     vec3 light = (vec3(1.10, 0.985, 0.84) * key + ambient) * open;
     float rim = 1.0 - max(facing, 0.0);
@@ -117,12 +119,13 @@ SHADOW_VERTEX = (
     + """
 layout(location = 0) in vec3 place;
 uniform vec3 to_light;
-uniform vec3 area;  // centre x, z and half width of the ground in the picture
+uniform vec3 area;   // centre x, z and half width of the ground in the picture
+uniform vec3 plane;  // that the shadow falls on: its height at the origin, its rise along x and z
 out float height;
 
 void main() {
-    height = place.y;
-    vec2 ground = place.xz - to_light.xz * (place.y / to_light.y);
+    height = place.y - plane.x - dot(plane.yz, place.xz);
+    vec2 ground = place.xz - to_light.xz * (height / (to_light.y - dot(plane.yz, to_light.xz)));
     gl_Position = vec4((ground - area.xy) / area.z, 0.0, 1.0);
 }
 """
@@ -197,18 +200,42 @@ void main() {
 """
 )
 
-GROUND_VERTEX = (
+FLAT_GROUND_VERTEX = (
     VERSION
     + """
 uniform mat4 world_to_clip;
 uniform vec3 focus;  // under the camera's target
 const float GROUND_REACH = 100.0;  // metres: the haze has long closed over it
 out vec2 world;
-out vec2 from_focus;
+out float light;
 void main() {
-    from_focus = GROUND_REACH * (2.0 * vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) - 1.0);  // one large triangle
-    world = focus.xz + from_focus;
+    vec2 corner = 2.0 * vec2((gl_VertexID << 1) & 2, gl_VertexID & 2) - 1.0;  // of one large triangle
+    world = focus.xz + GROUND_REACH * corner;
+    light = 1.0;
     gl_Position = world_to_clip * vec4(world.x, 0.0, world.y, 1.0);
+}
+"""
+)
+
+# Each pass over the uneven ground must find the very depths of the one before.
+UNEVEN_GROUND = (
+    VERSION
+    + """
+layout(location = 0) in vec4 corner;  // place, light
+uniform mat4 world_to_clip;
+invariant gl_Position;
+"""
+)
+
+UNEVEN_GROUND_VERTEX = (
+    UNEVEN_GROUND
+    + """
+out vec2 world;
+out float light;
+void main() {
+    world = corner.xz;
+    light = corner.w;
+    gl_Position = world_to_clip * vec4(corner.xyz, 1.0);
 }
 """
 )
@@ -217,8 +244,9 @@ GROUND_FRAGMENT = (
     VERSION
     + SKY
     + """
+uniform vec3 focus;
 in vec2 world;
-in vec2 from_focus;
+in float light;  // 1 on level ground
 out vec4 pixel;
 
 // How much of a pixel lies on lines `width` wide at every whole number, with `density` pixels to 1: where lines crowd,
@@ -230,6 +258,7 @@ float lines(vec2 p, vec2 density, float width) {
 }
 
 void main() {
+    vec2 from_focus = world - focus.xz;
     float distance = dot(from_focus, from_focus);
     vec2 density = 1.0 / fwidth(world);
     float marks = 0.050 * lines(world, density, 0.010) + 0.085 * lines(world * 0.2, density * 5.0, 0.0035);
@@ -237,12 +266,12 @@ void main() {
     vec2 tile = clamp((abs(fract(world * 0.5 + 0.25) - 0.5) - 0.25) * density * 2.0, -1.0, 1.0);
     marks += 0.011 * tile.x * tile.y * clamp(min(density.x, density.y) * 0.2 - 0.3, 0.0, 1.0);
     vec3 ground = mix(vec3(0.700, 0.735, 0.765), vec3(0.825, 0.838, 0.845), 1.0 / (1.0 + distance * 0.05));
-    pixel = vec4(mix(HORIZON, ground - marks, 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
+    pixel = vec4(mix(HORIZON, (ground - marks) * light, 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
 }
 """
 )
 
-SHADE_VERTEX = (
+FLAT_SHADE_VERTEX = (
     VERSION
     + """
 uniform mat4 world_to_clip;
@@ -252,6 +281,18 @@ void main() {
     uv = vec2(gl_VertexID & 1, gl_VertexID >> 1);
     vec2 world = area.xy + area.z * (uv * 2.0 - 1.0);
     gl_Position = world_to_clip * vec4(world.x, 0.0, world.y, 1.0);
+}
+"""
+)
+
+UNEVEN_SHADE_VERTEX = (
+    UNEVEN_GROUND
+    + """
+uniform vec3 area;
+out vec2 uv;
+void main() {
+    uv = (corner.xz - area.xy) / (2.0 * area.z) + 0.5;
+    gl_Position = world_to_clip * vec4(corner.xyz, 1.0);
 }
 """
 )
@@ -268,7 +309,7 @@ void main() { pixel = vec4(texture(shadow, uv).r); }  // blended: what it takes 
 
 # ---- marks: discs and arrows lying on the ground ------------------------------------------------------------
 
-MARK_VERTEX = (
+FLAT_MARK_VERTEX = (
     VERSION
     + """
 layout(location = 0) in vec4 place;   // x, z of the start, x, z from there to the tip (for a disc: its radius along x)
@@ -289,6 +330,27 @@ void main() {
     tint = colour;
     look = vec3(kind.x, reach, kind.y);
     gl_Position = world_to_clip * vec4(ground.x, 0.0, ground.y, 1.0);
+}
+"""
+)
+
+# One mark a draw, on the cells of the ground that it reaches into.
+UNEVEN_MARK_VERTEX = (
+    UNEVEN_GROUND
+    + """
+uniform vec4 place;
+uniform vec4 colour;
+uniform vec2 kind;
+out vec2 at;
+flat out vec4 tint;
+flat out vec3 look;
+void main() {
+    float reach = length(place.zw);
+    vec2 along = place.zw / max(reach, 1e-4), across = vec2(-along.y, along.x), from_start = corner.xz - place.xy;
+    at = vec2(dot(from_start, along), dot(from_start, across));
+    tint = colour;
+    look = vec3(kind.x, reach, kind.y);
+    gl_Position = world_to_clip * vec4(corner.xyz, 1.0);
 }
 """
 )

@@ -131,7 +131,7 @@ def _walker(window: Window, parts: dict[str, str], stylizer: str | None = None) 
     caption = ", ".join(f"{name} {group}" if len(parts) > 1 else name for group, name in parts.items()) or "neutral"
     caption = f"{stylizer}: {caption}" if stylizer else caption
     view = View(Camera(distance=STRIP_DISTANCE), arrow=False, contacts=False, panels=(panels.line(caption, "bottom"),))
-    view.camera.jump(frame.styled.root_position)
+    view.jump_to(frame)
     window.bind()
     Renderer(window.size).draw(frame, view)
     return window.read_pixels()

@@ -11,7 +11,7 @@ import pytest
 
 from demo.figure import body, colours
 from demo.figure.skin import make_skin
-from demo.render import renderer, window
+from demo.render import ground_decals, renderer, window
 from demo.render.camera import Camera
 from demo.render.renderer import Renderer, View
 from demo.render.view import Paths
@@ -21,6 +21,8 @@ from demo.ui.widgets import Cell, Table
 from sim.body.pose import Pose
 from sim.body.skeleton import INDEX, JOINT_COUNT, REST_HIPS_HEIGHT
 from sim.command import Command
+from sim.ground.catalogue import load_ground
+from sim.ground.ground import Ground
 from sim.math import rotations as rot
 from sim.session import Frame
 from sim.style_spec import StyleSpec
@@ -31,8 +33,13 @@ SIZE = (320, 180)
 STYLE = {"left_arm": ("bent", 1.0), "right_arm": ("bent", 1.0), "spine": ("flapping", 0.5)}
 
 
-def frame_of(steps: int = 50, move=(1.0, 0.3), style=STYLE) -> Frame:
-    session = fake_session()
+PLACE = (np.arange(800) - 400) * 0.1
+RAMP = Ground(np.tile(0.4 * PLACE, (800, 1)).astype(np.float32), 0.1, tiled=False)  # rises along x
+VALLEY = Ground(np.minimum(0.5 * np.hypot(PLACE, PLACE[:, None]), 4).astype(np.float32), 0.1, tiled=False)
+
+
+def frame_of(steps: int = 50, move=(1.0, 0.3), style=STYLE, ground: Ground | None = None) -> Frame:
+    session = fake_session(ground)
     for _ in range(steps):
         frame = session.step(Command(move=tuple(np.array(move) / max(1, np.hypot(*move))), style=style))
     return frame
@@ -119,6 +126,29 @@ def test_camera_follows_eases_and_keeps_its_limits():
     camera.follow(np.array([1.0, 0, 0]), 10.0)
     assert camera.target[0] == pytest.approx(1.0) and camera.eye[1] > 0 and camera.distance > 1
     assert camera.yaw == pytest.approx(np.pi + 1.6)
+
+
+def test_camera_goes_up_and_down_with_the_ground_but_not_with_a_jump():
+    frame = frame_of(60, ground=RAMP)
+    view = view_of(frame, ground=RAMP)
+    height = RAMP.smooth_height_at(frame.styled.root_position[[0, 2]])
+    assert height > 0.3 and view.camera.target[1] == pytest.approx(height + 0.88, abs=1e-3)
+    jumping = Frame(frame.command, frame.neutral, moved(frame.styled, (0, 0.4, 0)))
+    view.follow(jumping, 1.0)
+    assert view.camera.target[1] == pytest.approx(height + 0.88, abs=1e-3)
+
+
+@pytest.mark.parametrize("yaw", np.arange(0, 2 * np.pi, np.pi / 4))
+def test_camera_stays_over_the_ground_and_sees_the_feet(yaw):
+    camera = Camera(yaw=yaw, pitch=0.0, distance=6.0)
+    camera.jump(np.zeros(3), VALLEY)
+    line = camera.target - [0, 0.7, 0] + np.linspace(0.1, 1, 20)[:, None] * (camera.eye - camera.target + [0, 0.7, 0])
+    assert (line[:, 1] > VALLEY.height_at(line[:, [0, 2]])).all()
+    pitch = camera.pitch
+    camera.follow(np.zeros(3), 0.1, VALLEY)
+    assert camera.pitch == pytest.approx(pitch, abs=0.01), "it does not sink and rise"
+    camera.follow(np.zeros(3), 10.0)
+    assert camera.pitch == pytest.approx(0.0, abs=1e-6), "back to where it was put"
 
 
 def test_body_stays_in_a_picture_that_is_higher_than_wide():
@@ -259,6 +289,71 @@ def test_a_styled_part_wears_its_colour(screen):
     middle = picture(screen, styled, view)[changed].mean(0) / 255
     wanted = np.array(colours.style_colour("old"))
     assert np.argmax(middle) == np.argmax(wanted) and np.argmin(middle) == np.argmin(wanted)
+
+
+def test_level_ground_looks_the_same_as_a_map_and_as_none(screen):
+    frame, level = frame_of(), Ground(np.zeros((64, 64), np.float32), 0.1)
+    view = view_of(frame, twin="beside")
+    plain = picture(screen, frame, view, samples=0)
+    mapped = picture(screen, frame, view_of(frame, twin="beside", ground=level), samples=0)
+    assert np.abs(plain - mapped).mean() < 0.5 and (np.abs(plain - mapped).max(-1) > 24).mean() < 0.002
+
+
+def test_on_a_slope_all_that_lies_on_the_ground_goes_with_it(screen):
+    """Seen from above, the arrow is where it is on level ground, and shadow and discs are as large."""
+    pictures = []
+    for ground in (None, RAMP):
+        frame = frame_of(60, ground=ground)
+        view = View(Camera(pitch=1.35, distance=40.0, field_of_view=0.08), ground=ground)
+        view.jump_to(frame)
+        pictures.append(picture(screen, frame, view, samples=0))
+    flat, sloped = (np.argwhere(one[..., 0] - one[..., 2] > 60) for one in pictures)
+    assert len(flat) > 100 and len(sloped) == pytest.approx(len(flat), rel=0.2)
+    np.testing.assert_allclose(sloped.mean(0), flat.mean(0), atol=8)
+    flat, sloped = (np.sum(one.mean(-1) < np.median(one.mean(-1)) - 25) for one in pictures)
+    assert flat > 100 and sloped == pytest.approx(flat, rel=0.35)
+
+
+def test_ground_hides_what_is_behind_it(screen):
+    frame = frame_of(1, move=(0, 0), style={})
+    heights = np.where(np.abs(PLACE - 1.5) < 0.3, 3.0, 0.0)[:, None] + 0 * PLACE
+    wall = Ground(heights.astype(np.float32), 0.1, tiled=False)
+    view = View(Camera(yaw=np.pi, pitch=0.1))
+    assert body_mask(screen, frame, view).sum() > 500
+    view.ground = wall
+    assert body_mask(screen, frame, view).sum() < 20
+
+
+@pytest.mark.parametrize("name", ["hills", "stairs", "rough"])
+def test_the_picture_is_filled_up_to_the_sky(screen, name):
+    """Of the picture before nothing is left."""
+    frame, renderer = frame_of(1), Renderer(SIZE, samples=0)
+    from OpenGL import GL
+
+    renderer._scene.bind()
+    GL.glClearColor(1.0, 0.0, 0.0, 1.0)
+    GL.glClear(GL.GL_COLOR_BUFFER_BIT)
+    screen.bind()
+    renderer.draw(frame, View(ground=load_ground(name), arrow=False))
+    pixels = screen.read_pixels().astype(int)
+    assert (pixels[..., 0] - pixels[..., 1]).max() < 60
+
+
+def test_paths_lie_on_the_ground():
+    paths = Paths(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[2.0, 0.0]]), np.array([[2.0, 1.0]]))
+    lines = np.array([row[:3] + row[4:7] for row in ground_decals.paths(paths, 1.0, VALLEY)]).reshape(-1, 3)
+    heights = lines[:, 1] - VALLEY.height_at(lines[:, [0, 2]])
+    np.testing.assert_allclose(heights, ground_decals.WAY_HEIGHT, atol=1e-6)
+    steps = np.linalg.norm(np.diff(lines.reshape(-1, 2, 3), axis=1)[:, 0, ::2], axis=-1)
+    assert steps.max() < 0.11
+
+
+def test_the_twin_stands_as_high_over_its_own_ground():
+    frame = frame_of(60, ground=RAMP)
+    view = view_of(frame, twin="beside", ground=RAMP)
+    shift = view.twin_shift(frame)
+    assert np.hypot(shift[0], shift[2]) == pytest.approx(1.15)
+    assert shift[1] == pytest.approx(0.4 * shift[0], abs=1e-3) and abs(shift[1]) > 0.1
 
 
 def test_the_twin_stands_beside(screen):
