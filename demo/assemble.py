@@ -8,6 +8,7 @@ gc.disable()
 import torch  # noqa: E402
 
 from controller.runtime.controller import PhaseFunctionedController  # noqa: E402
+from sim.ground.ground import Ground  # noqa: E402
 from sim.latency import Latency  # noqa: E402
 from sim.protocols import NamedStylizer  # noqa: E402
 from sim.session import Session  # noqa: E402
@@ -20,15 +21,18 @@ BUNDLED_RECORDING = Path(__file__).parent / "recordings" / "demo.jsonl"
 
 
 def build_session(
-    stylizer: str | None = None, latency: Latency | None = None, weights: Path | None = None
+    stylizer: str | None = None,
+    latency: Latency | None = None,
+    weights: Path | None = None,
+    ground: Ground | None = None,
 ) -> Session[NamedStylizer]:
     """A session with trained weights, `stylizer` naming the style-transfer system's (None: the shipped Motion Puzzle),
-    from a folder that `patchwalk train stylizer` wrote (None: the package).
+    from a folder that `patchwalk train stylizer` wrote (None: the package), on a ground (None: level floor).
 
     Raises ValueError or OSError, in one sentence, where weights are missing, made for something else, or where the
     stylizer's own style is not that of the controller."""
     session: Session[NamedStylizer] = Session(
-        PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer, weights), latency
+        PhaseFunctionedController.from_pretrained(), catalogue.from_pretrained(stylizer, weights), latency, ground
     )
     gc.collect()
     gc.freeze()  # what start-up left is here to stay: the collector need not walk it between two frames

@@ -4,13 +4,15 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from demo.commands.replay import STYLIZER_HELP, VMC_HELP
+from demo.commands.replay import GROUND_HELP, STYLIZER_HELP, VMC_HELP
 
 if TYPE_CHECKING:
     from demo.export.vmc import Sender
+    from sim.ground.ground import Ground
+    from sim.io.recording import Recording
 
 HELP = "Steer a character and restyle it limb by limb; without a display, replay the bundled recording into out/."
-EXAMPLE = "patchwalk"
+EXAMPLE = "patchwalk --ground stairs"
 OUT = Path("out")
 FILES = {
     "poses": "poses.npz",
@@ -23,6 +25,7 @@ FILES = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
+    parser.add_argument("--ground", metavar="NAME", help=GROUND_HELP)
     parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=f"{VMC_HELP}; off by default")
 
 
@@ -30,14 +33,19 @@ def run(args: argparse.Namespace) -> int:
     from demo import assemble
     from demo.export import vmc
     from demo.render.window import NoDisplay, NoGL, has_display
+    from demo.state.grounds import ground_of
+    from sim.ground.catalogue import load_ground
+    from sim.io import recording
 
+    bundled = recording.read(assemble.BUNDLED_RECORDING)
+    ground = args.ground or ground_of(bundled, assemble.BUNDLED_RECORDING.parent)
+    load_ground(ground)  # first: a mistake in its name or its map is said before anything opens
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
     if has_display():
         from demo.live.live import run_live
         from demo.state import user_bindings
         from demo.state.presets import Presets
-        from sim.io import recording
 
         bindings, presets = user_bindings.load(), Presets()  # first: a mistake in a file is said before anything opens
         session = assemble.build_session(args.stylizer)
@@ -45,10 +53,11 @@ def run(args: argparse.Namespace) -> int:
             report = run_live(
                 session,
                 session.stylizer.styles,
-                attract=recording.read(assemble.BUNDLED_RECORDING),
+                attract=bundled,
                 bindings=bindings,
                 presets=presets,
                 stream=stream,
+                ground=ground,
             )
         except (NoDisplay, NoGL) as error:
             reason = str(error)
@@ -57,16 +66,20 @@ def run(args: argparse.Namespace) -> int:
                 print(f"wrote {path}")
             return 0
     print(f"No window ({reason}): replaying the bundled recording into {OUT}/.")
-    replay_bundled(OUT, stream, args.stylizer)
+    replay_bundled(OUT, bundled, stream, args.stylizer, load_ground(ground))
     return 0
 
 
-def replay_bundled(folder: Path, stream: "Sender | None" = None, stylizer: str | None = None) -> None:
+def replay_bundled(
+    folder: Path,
+    bundled: "Recording",
+    stream: "Sender | None" = None,
+    stylizer: str | None = None,
+    ground: "Ground | None" = None,
+) -> None:
     """Writes everything that a replay can into `folder`: all but the video where this machine cannot make one."""
-    from demo import assemble
     from demo.commands.replay import play
     from demo.export.export import check_outputs
-    from sim.io import recording
 
     folder.mkdir(exist_ok=True)
     outputs = {kind: folder / name for kind, name in FILES.items()}
@@ -76,4 +89,4 @@ def replay_bundled(folder: Path, stream: "Sender | None" = None, stylizer: str |
         del outputs["video"]
         print(f"No video: {error}.")
     check_outputs(outputs)
-    play("bundled recording", recording.read(assemble.BUNDLED_RECORDING), outputs, stylizer, stream=stream)
+    play("bundled recording", bundled, outputs, stylizer, stream=stream, ground=ground)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Iterable, Mapping
 
 if TYPE_CHECKING:
     from demo.export.vmc import Sender
+    from sim.ground.ground import Ground
     from sim.io.recording import Recording
     from sim.session import Frame, Session
 
@@ -20,6 +21,9 @@ VMC_HELP = (
 STYLIZER_HELP = (
     "the style-transfer system: joints (Motion Puzzle at the resolution of joints, the default), slim (its own form), "
     "unpaired, diverse, latent, or other weights of the package by name"
+)
+GROUND_HELP = (
+    "what to walk on: flat, hills, stairs, rough, or a height map FILE.png (10 cm a pixel, white 5 m over black)"
 )
 OUTPUTS = {  # kind, as in demo.export.export.WRITERS: (metavar, help)
     "poses": ("OUT.npz", "write neutral and styled motion as arrays"),
@@ -37,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(f"--{kind}", type=Path, metavar=metavar, help=text)
     parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=f"{VMC_HELP}; in real time")
     parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
+    parser.add_argument("--ground", metavar="NAME", help=f"{GROUND_HELP}; by default as it was recorded")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -48,7 +53,10 @@ def run(args: argparse.Namespace) -> int:
 
     check_outputs(outputs, args.recording)
     from demo.export import vmc
+    from demo.state.grounds import ground_of
+    from sim.ground.catalogue import load_ground
 
+    ground = load_ground(args.ground or ground_of(recorded, args.recording.parent))
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     play(
         args.recording.name,
@@ -57,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
         args.stylizer or recorded.stylizer,
         window=not args.headless,
         stream=stream,
+        ground=ground,
     )
     return 0
 
@@ -68,20 +77,21 @@ def play(
     stylizer: str | None = None,
     window: bool = False,
     stream: "Sender | None" = None,
+    ground: "Ground | None" = None,
 ) -> None:
-    """Plays a sim.io.recording.Recording, in a window if asked and possible, else as fast as it goes, but in real time
-    to a `stream` (demo.export.vmc.Sender); then writes the outputs (kind -> path) and says on stdout what came of
-    it."""
+    """Plays a sim.io.recording.Recording on a ground, None for level floor, in a window if asked and possible, else as
+    fast as it goes, but in real time to a `stream` (demo.export.vmc.Sender); then writes the outputs (kind -> path) and
+    says on stdout what came of it."""
     from demo import STARTED, assemble
     from demo.export import export
     from sim.motion.clip import FPS
 
-    session = assemble.build_session(stylizer)
+    session = assemble.build_session(stylizer, ground=ground)
     for style in recorded.styles:
         session.stylizer.movements(style)  # raises for one that is not there, before anything is played
     startup_s = time.perf_counter() - STARTED
     frames = (_watched(session, recorded, stream) if window else None) or _stepped(session, recorded, stream)
-    result = export.Result(frames, session.latency, startup_s)
+    result = export.Result(frames, session.latency, startup_s, ground)
     report = session.latency.report()
     print(
         f"{name}: {len(frames)} frames, {len(frames) / FPS:.1f} s; a frame took {report['frame']['p50_ms']:.2f} ms "

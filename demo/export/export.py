@@ -7,6 +7,7 @@ from typing import Mapping, Sequence
 
 import numpy as np
 
+from sim.ground.ground import Ground
 from sim.io import bvh, poses_npz
 from sim.io.atomic_write import atomic_write
 from sim.latency import Latency
@@ -16,11 +17,13 @@ from sim.session import Frame
 
 @dataclass(frozen=True)
 class Result:
-    """A finished replay: its frames, how long their stages took, and the seconds before the first."""
+    """A finished replay: its frames, how long their stages took, the seconds before the first, and what was walked on
+    (None: level floor)."""
 
     frames: Sequence[Frame]
     latency: Latency
     startup_s: float
+    ground: Ground | None = None
 
 
 def write_poses(path: Path, result: Result) -> None:
@@ -52,7 +55,7 @@ def write_video(path: Path, result: Result) -> None:
     from demo.export import video
 
     with atomic_write(path) as temporary:
-        video.render(temporary, result.frames, result.latency)
+        video.render(temporary, result.frames, result.latency, result.ground)
 
 
 def write_latency(path: Path, result: Result) -> None:

@@ -14,6 +14,7 @@ from demo.render.renderer import Renderer
 from demo.render.view import View
 from demo.render.window import NoDisplay, NoGL, Window, open_window
 from demo.ui import panels
+from sim.ground.ground import Ground
 from sim.latency import Latency
 from sim.motion.clip import FPS
 from sim.session import Frame
@@ -46,21 +47,21 @@ def has_ffmpeg() -> bool:
     return True
 
 
-def render(path: Path, frames: Sequence[Frame], latency: Latency) -> None:
-    """Writes the frames as a video in real time: every one in an .mp4, every GIF_STEP-th in a .gif.
+def render(path: Path, frames: Sequence[Frame], latency: Latency, ground: Ground | None = None) -> None:
+    """Writes the frames, on a ground, as a video in real time: every one in an .mp4, every GIF_STEP-th in a .gif.
 
     Drawing is timed as the stage `render`. Raises ValueError where OpenGL is missing or ffmpeg gives up."""
     if path.suffix.lower() == ".gif":
-        write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency))
+        write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency, ground))
     else:
-        _write_mp4(path, _pictures(frames, SIZE, 1, latency))
+        _write_mp4(path, _pictures(frames, SIZE, 1, latency, ground))
 
 
 def _pictures(
-    frames: Sequence[Frame], size: tuple[int, int], step: int, latency: Latency
+    frames: Sequence[Frame], size: tuple[int, int], step: int, latency: Latency, ground: Ground | None
 ) -> Generator[np.ndarray, None, None]:
     """Every step-th frame as (height, width, 3) uint8."""
-    view = View()
+    view = View(ground=ground)
     view.jump_to(frames[0])
     with _open(size) as window:
         renderer = Renderer(window.size)

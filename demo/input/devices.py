@@ -44,6 +44,8 @@ class Devices:
         self._buttons = table.actions("pad")
         self._held: dict[int | str, str] = {}  # code of a key or name of a button that is down -> its action
         self._facing: float | None = None  # the yaw that the facing keys hold
+        self.crouching = False  # until the toggle is pressed again
+        self._jump = False  # pressed since the last command
         self._pads: dict[int, controller.Controller] = {}
         self._pad: controller.Controller | None = None
         controller.init()
@@ -78,7 +80,8 @@ class Devices:
         return actions
 
     def command(self, camera_yaw: float, facing: float, style: StyleSpec, seconds: float) -> Command:
-        """What is asked for in a frame of `seconds`. camera_yaw: where the camera looks; facing: its own yaw."""
+        """What is asked for in a frame of `seconds`; a jump once for each press. camera_yaw: where the camera looks;
+        facing: the character's own yaw."""
         held = set(self._held.values())
         stick = steering.stick_of_keys(held)
         if stick == (0.0, 0.0):
@@ -93,7 +96,9 @@ class Devices:
         orbit = self._stick("orbit")
         self.pointer.orbit[0] -= orbit[0] * ORBIT_RATE * seconds
         self.pointer.orbit[1] -= orbit[1] * ORBIT_RATE * seconds
-        return Command(steering.to_world(stick, camera_yaw), face, "run" if self.holds("run") else "walk", style)
+        gait = "crouch" if self.crouching or self.holds("crouch") else "run" if self.holds("run") else "walk"
+        jump, self._jump = self._jump, False
+        return Command(steering.to_world(stick, camera_yaw), face, gait, style, jump=jump)
 
     def take_camera(self) -> tuple[float, float]:
         """Orbit about the vertical and up, in radians, since the last call."""
@@ -109,12 +114,7 @@ class Devices:
         if self.mode == "typing" and not ctrl:
             return None
         # Shift alone is also how one runs: a key that means nothing with it means what it does without.
-        action = self._keys.get((ctrl + shift, event.key)) or self._keys.get((ctrl, event.key))
-        if action:
-            self._held[event.key] = action
-        if action == "face_free":
-            self._facing = None
-        return action
+        return self._press(event.key, self._keys.get((ctrl + shift, event.key)) or self._keys.get((ctrl, event.key)))
 
     def _key_up(self, event: pygame.event.Event) -> None:
         self._held.pop(event.key, None)
@@ -133,12 +133,7 @@ class Devices:
             return self._modes[self.mode][1][name]
         shifted = SHIFT_TRIGGER + name
         plain = not self._trigger("lefttrigger") or shifted not in self._buttons
-        action = self._buttons.get(name if plain else shifted)
-        if action:
-            self._held[name] = action
-        if action == "face_free":
-            self._facing = None
-        return action
+        return self._press(name, self._buttons.get(name if plain else shifted))
 
     def _pad_button_up(self, event: pygame.event.Event) -> None:
         self._held.pop(_button_name(event.button), None)
@@ -148,6 +143,18 @@ class Devices:
             return None
         self._use(event)
         return "stick"
+
+    def _press(self, control: int | str, action: str | None) -> str | None:
+        """Takes in the action of a key or button that goes down."""
+        if action:
+            self._held[control] = action
+        if action == "face_free":
+            self._facing = None
+        elif action == "crouch_toggle":
+            self.crouching = not self.crouching
+        elif action == "jump":
+            self._jump = True
+        return action
 
     def _use(self, event: pygame.event.Event) -> None:
         self._pad = self._pads.get(event.instance_id, self._pad)

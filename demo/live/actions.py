@@ -153,10 +153,17 @@ def _resample(live: "Live", _: str) -> None:
         live.say(str(error), ALERT)
 
 
+def _next_ground(live: "Live", _: str) -> None:
+    """The character starts again on another ground."""
+    if not _kept_by_recording(live):
+        live.say(f"ground: {live.grounds.next()}")
+        live.start_over()
+
+
 def _kept_by_recording(live: "Live") -> bool:
-    """A recording names one stylizer: while it runs, that one stays."""
+    """A recording names one stylizer and one ground: while it runs, those stay."""
     if live.recorder:
-        live.say("a recording is made with one stylizer: stop it first")
+        live.say("a recording is made with one stylizer and on one ground: stop it first")
     return live.recorder is not None
 
 
@@ -208,6 +215,7 @@ ACTIONS: dict[str, Action] = {
     "stylizer_next": _next_stylizer,
     "reroll": _resample,
     "random": lambda live, _: live.choice.mix(),
+    "ground": _next_ground,
     "preset": _apply_preset,
     "save": _save_preset,
     "preset_next": _next_preset,

@@ -4,7 +4,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pygame
 
 from demo.export import export_jobs
@@ -28,12 +27,9 @@ def toggle_recording(live: "Live") -> None:
     path = new_file("jsonl")
 
     def start() -> None:
-        live.recorder = live.recorder_factory(path, live.stylizers.other, live.pace)
+        live.recorder = live.recorder_factory(path, live.stylizers.other, live.pace, live.grounds.other)
         live.files.append(path)
-        live.session.restart()
-        live.takes.frames.clear()
-        live.debug_overlay.forget()
-        live.view.camera.jump(np.zeros(3))
+        live.start_over()
         live.say(f"recording into {path}")
 
     live.guard(start)
@@ -51,7 +47,9 @@ def export(live: "Live") -> None:
     """Begins to write the last ten seconds as BVH, glTF and video into the current folder."""
     if live.takes.busy:
         live.say("the last export is still being written; press F9 again when it is done")
-    elif live.takes.frames and live.guard(lambda: live.takes.export(new_file(*export_jobs.ENDINGS).with_suffix(""))):
+    elif live.takes.frames and live.guard(
+        lambda: live.takes.export(new_file(*export_jobs.ENDINGS).with_suffix(""), live.session.ground)
+    ):
         live.say(f"exporting the last {len(live.takes.frames) / FPS:.1f} s as BVH, glTF and video; walk on")
 
 

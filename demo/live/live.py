@@ -4,10 +4,10 @@ import gc
 import time
 import warnings
 from dataclasses import dataclass, replace
-from itertools import cycle
 from pathlib import Path
 from typing import Callable, Iterable, Sequence
 
+import numpy as np
 import pygame
 
 from demo.export import export_jobs
@@ -22,6 +22,7 @@ from demo.render.renderer import Renderer
 from demo.render.view import View
 from demo.render.window import Window, open_window
 from demo.state.bindings import DEFAULT, Bindings
+from demo.state.grounds import Grounds
 from demo.state.presets import Presets
 from demo.state.style_choice import StyleChoice
 from demo.state.stylizers import Stylizers
@@ -43,7 +44,7 @@ READING_SPEED = 20.0  # letters a second
 FIGURES_SECONDS = 0.25  # how often the figures of the status line change
 ATTRACT_ORBIT = 0.12  # radians a second that the camera goes round while the window plays by itself
 
-MakeRecorder = Callable[[Path, str | None, bool], Recorder]  # as the class itself
+MakeRecorder = Callable[[Path, str | None, bool, str | None], Recorder]  # as the class itself
 
 
 @dataclass(frozen=True)
@@ -68,15 +69,17 @@ def run_live(
     bindings: Bindings = DEFAULT,
     presets: Presets | None = None,
     stream: Sender | None = None,
+    ground: str | None = None,
 ) -> LiveReport:
     """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
 
     styles: the names to choose from. attract: commands that are played, over and over, until somebody touches a
-    control. stream: where each frame is sent as it is made. Raises NoDisplay or NoGL where no window can be had; what
-    goes wrong later is shown on screen."""
+    control. stream: where each frame is sent as it is made. ground: its name, or its map's path. Raises NoDisplay or
+    NoGL where no window can be had, ValueError or OSError where that is no ground; what goes wrong later is shown on
+    screen."""
     presets = presets or Presets()
     with window or open_window() as window:
-        live = Live(session, styles, window, recorder_factory, clock, attract, bindings, presets, stream)
+        live = Live(session, styles, window, recorder_factory, clock, attract, bindings, presets, stream, ground)
         if stream:
             live.say(f"streaming poses to {stream.address[0]}:{stream.address[1]} (VMC)")
         try:
@@ -115,17 +118,20 @@ class Live:
         bindings: Bindings = DEFAULT,
         presets: Presets | None = None,
         stream: Sender | None = None,
+        ground: str | None = None,
     ) -> None:
         self.session, self.window = session, window
-        self.devices, self.view = Devices(bindings), View()
+        self.grounds = Grounds(session, ground)
+        self.devices, self.view = Devices(bindings), View(ground=session.ground)
         self.choice = StyleChoice(styles, noncommercial=session.stylizer.noncommercial)
         self.presets, self.preset = presets or Presets(), 0
         self.menu, self.hints, self.debug_overlay = Menu(bindings), Hints(bindings), DebugOverlay(session)
         self.seen = {"contacts"}  # of demo.live.actions.SEEN
         self.hidden = self.leaving = self.helping = False
         self.pace = True  # whether the styles of the legs set speed, stride and cadence
-        self._attract = cycle(attract)
-        self.playing = next(self._attract, None)  # the next command of the attract mode, None once somebody took over
+        self._attract, self._played = tuple(attract), 0
+        # the next command of the attract mode, None once somebody took over
+        self.playing = self._attract[0] if self._attract else None
         self.renderer = Renderer(window.size)
         self.recorder: Recorder | None = None
         self.takes = export_jobs.ExportJobs()
@@ -200,7 +206,10 @@ class Live:
         command = replace(self.devices.command(self.view.camera.yaw, facing, style, FRAME_SECONDS), pace=self.pace)
         if self.playing is None:
             return command
-        playing, self.playing = self.playing, next(self._attract)
+        if self._played and self._played % len(self._attract) == 0 and self.session.ground:
+            self.start_over()  # only from there does a recording fit uneven ground
+        self._played += 1
+        playing, self.playing = self.playing, self._attract[self._played % len(self._attract)]
         self.view.camera.orbit(ATTRACT_ORBIT * FRAME_SECONDS, 0.0)
         return playing
 
@@ -235,6 +244,14 @@ class Live:
     def wake(self) -> None:
         """Somebody touched a control: the attract mode ends, and the character is theirs."""
         self.playing = None
+
+    def start_over(self) -> None:
+        """The character is back at the start point, and what was kept of its past is forgotten."""
+        self.session.restart()
+        self.takes.frames.clear()
+        self.debug_overlay.forget()
+        self.view.ground = self.session.ground
+        self.view.camera.jump(np.zeros(3), self.view.ground)
 
     def say(self, text: str, colour: Colour = INK) -> None:
         """Shows a sentence for as long as it takes to read."""

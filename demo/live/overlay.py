@@ -50,7 +50,14 @@ def _main_panels(live: "Live") -> Iterator[hud.Panel]:
         yield panels.style_panel(live.choice, live.devices.mode == "typing", live.devices.holds("compare"))
         yield panels.presets(live.presets)
     yield panels.status(
-        live.choice, live.figures, live.missed, live.devices.facing_held, live.recorder, brief=not live.hidden
+        live.choice,
+        live.figures,
+        live.missed,
+        live.grounds.name,
+        live.devices.facing_held,
+        live.devices.crouching,
+        live.recorder,
+        brief=not live.hidden,
     )
     if live.hints.text:
         yield panels.line(live.hints.text, "bottom")

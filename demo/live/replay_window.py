@@ -25,7 +25,7 @@ def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
     After Esc, or with the window closed, the rest comes as fast as it goes. Raises NoDisplay and NoGL
     (demo.render.window)."""
     with open_window() as window:
-        renderer, view, pointer = Renderer(window.size), View(), Pointer(DEFAULT.mouse)
+        renderer, view, pointer = Renderer(window.size), View(ground=session.ground), Pointer(DEFAULT.mouse)
         watching, start = True, time.perf_counter()
         for number, command in enumerate(commands):
             frame = session.step(command)

@@ -29,7 +29,12 @@ class Hints:
                 ("weaker", "stronger", "strength"),
                 f"Change how strong it is: the slider, {shown('weaker', 'stronger')}, or the shoulder buttons",
             ),
-            (("compare",), f"Hold {shown('compare')}, “A / B” or A on a gamepad to compare with the neutral walk"),
+            (("compare",), f"Hold {shown('compare')} or “A / B” to compare with the neutral walk"),
+            (
+                ("jump", "crouch", "ground"),
+                f"Jump with {shown('jump')}, crouch with {shown('crouch')}, A and B on a gamepad; "
+                f"{shown('ground')} goes on to hills, stairs, rough ground",
+            ),
             (("help", "menu"), f"{shown('help')} shows everything else, {shown('menu')} or Start opens the menu"),
         ]
 

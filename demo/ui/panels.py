@@ -3,6 +3,7 @@
 import textwrap
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Callable, Collection
 
 import numpy as np
@@ -191,9 +192,17 @@ def menu(state: Menu, slots: Presets, is_on: Callable[[str], bool | None]) -> Pa
 
 
 def status(
-    choice: StyleChoice, figures: Figures, missed: int, facing_held: bool, recorder: object, brief: bool = False
+    choice: StyleChoice,
+    figures: Figures,
+    missed: int,
+    ground: str,
+    facing_held: bool,
+    crouching: bool,
+    recorder: object,
+    brief: bool = False,
 ) -> Panel:
-    """The line that is always there: part, style, strength (left out where `brief`), frame time, missed frames."""
+    """The line that is always there: part, style, strength (left out where `brief`), frame time, missed frames, the
+    ground."""
     styled = choice.name != OWN
     blend = choice.other not in (OWN, "mixed")
     style = f"{choice.name} › {choice.share:.0%} {choice.other}" if blend else choice.name
@@ -211,9 +220,12 @@ def status(
         Cell(f"drawing {figures.draw_ms:.1f} ms", FAINT),
         Cell(f"{figures.rate:.0f} pictures/s", FAINT),
         Cell(f"missed {missed}", ALERT if missed else FAINT),
+        Cell(f"ground {Path(ground).name}", FAINT),
     ]
     if facing_held:
         cells.append(Cell("facing held, F frees it", ACCENT))
+    if crouching:
+        cells.append(Cell("crouching, J ends it", ACCENT))
     if recorder:
         cells.append(Cell("recording, R stops", INK, ALERT))
     return Panel((Table((tuple(cells),), letters=SMALL),), "bottom")

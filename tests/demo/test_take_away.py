@@ -13,6 +13,7 @@ from demo import assemble
 from demo.export import export_jobs
 from demo.live import capture
 from demo.live.live import run_live
+from sim.ground.catalogue import load_ground
 from sim.io import bvh, recording
 from sim.session import Frame
 from tests.demo.live.test_live import Clock, play
@@ -76,6 +77,19 @@ def test_a_recording_replays_to_equal_poses(screen):
     for command, frame in zip(recorded, frames):
         for ours, theirs in zip(astuple(frame.styled), astuple(again.step(command).styled), strict=True):
             np.testing.assert_array_equal(ours, theirs)
+
+
+def test_a_recording_keeps_its_ground_and_replays_on_it(screen):
+    session = fake_session()
+    frames = shown_since_restart(session)
+    script = {2: [key("f2")], 6: [key("r")], 10: [key("w"), key("space")], 20: [key("f2")], 80: [key("r")]}
+    live, _ = play(screen, script, 1.5, session)
+    assert any("on one ground: stop it first" in text for _, text, _ in live.toasts)
+    recorded = recording.read(live.files[0])
+    assert recorded.ground == "hills" and sum(command.jump for command in recorded) == 1
+    again = fake_session(load_ground(recorded.ground))
+    for command, frame in zip(recorded, frames):
+        np.testing.assert_array_equal(frame.styled.positions, again.step(command).styled.positions)
 
 
 def test_f9_exports_the_last_ten_seconds(screen, monkeypatch):

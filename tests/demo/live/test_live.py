@@ -13,6 +13,7 @@ from demo.state.style_choice import StyleChoice
 from demo.state.stylizers import Stylizers
 from demo.ui import panels
 from sim.command import Command
+from sim.ground.catalogue import load_ground
 from sim.io import recording
 from tests.demo.conftest import SIZE
 from tests.support.fakes import BENDS, Bender, fake_session, key
@@ -130,7 +131,7 @@ def test_a_recording_ends_when_the_window_is_closed(screen):
 
 
 def test_a_recording_that_cannot_be_written_is_said_on_screen(screen):
-    def refuse(path, stylizer, pace):
+    def refuse(path, stylizer, pace, ground):
         raise PermissionError(13, "Permission denied", str(path))
 
     live, _ = play(screen, {3: [key("r")]}, seconds=0.2, recorder_factory=refuse)
@@ -156,7 +157,7 @@ def test_hints_go_as_they_are_followed(screen):
     first = live.hints.text
     live.do("style_next")
     assert live.hints.text == first and "W A S D" in first, "in their order"
-    for action in ("forward", "pick_spine", "style_next", "stronger", "compare", "help"):
+    for action in ("forward", "pick_spine", "style_next", "stronger", "compare", "jump", "help"):
         live.do(action)
     assert live.hints.text is None
 
@@ -186,8 +187,9 @@ def test_the_status_line_names_part_style_strength_times_and_missed():
     choice.change_strength(-3)
     for now in np.arange(0, 1, 0.125):
         figures.tick(now, 5.0, 12.0)
-    text = texts(panels.status(choice, figures, 7, False, None))
-    for part in ("left arm", "bent", "70%", "frame 5.0 ms", "drawing 12.0 ms", "8 pictures/s", "missed 7"):
+    text = texts(panels.status(choice, figures, 7, "maps/moon.png", False, True, None))
+    wanted = "left arm", "bent", "70%", "frame 5.0 ms", "drawing 12.0 ms", "8 pictures/s", "missed 7", "ground moon.png"
+    for part in (*wanted, "crouching, J ends it"):
         assert part in text
 
 
@@ -246,6 +248,46 @@ def test_a_recording_keeps_its_stylizer(screen, tmp_path, monkeypatch):
     monkeypatch.setattr("demo.state.stylizers.Stylizers.next", lambda self: pytest.fail("changed while recording"))
     live, _ = play(screen, {2: [key("r")], 6: [key("y")], 8: [key("u")]}, 0.3)
     assert any("stop it first" in text for _, text, _ in live.toasts)
+
+
+def test_each_ground_in_turn_is_stood_on_from_the_start_point(screen):
+    session = fake_session()
+    script = {0: [key("w")], 20: [key("f2")], 40: [key("f2")], 50: [key("f2")], 55: [key("f2")]}
+    seen, walk = [], session.step
+
+    def step(command):
+        frame = walk(command)
+        seen.append((session.ground, frame.styled.root_position))
+        return frame
+
+    session.step = step
+    live, _ = play(screen, script, 1.0, session)
+    grounds = [ground for place, (ground, _) in enumerate(seen) if place == 0 or ground is not seen[place - 1][0]]
+    assert grounds == [None, *map(load_ground, ("hills", "stairs", "rough")), None]
+    starts = [place for place in range(1, len(seen)) if seen[place][0] is not seen[place - 1][0]]
+    assert np.hypot(*seen[starts[0] - 1][1][::2]) > 0.15
+    assert all(np.abs(seen[start][1]).max() < 0.05 for start in starts)
+    assert live.view.ground is None and live.grounds.other is None
+    assert any("ground: stairs" in text for _, text, _ in live.toasts)
+
+
+def test_the_attract_mode_starts_over_on_uneven_ground(screen):
+    """A recording that goes round a hill would not find it where it ended."""
+    places = {}
+    for ground in ("flat", "rough"):
+        session = fake_session()
+        walk, seen = session.step, []
+
+        def step(command, walk=walk, seen=seen):
+            frame = walk(command)
+            seen.append(frame.styled.root_position)
+            return frame
+
+        session.step = step
+        play(screen, {}, 0.7, session, attract=[Command((0.0, 1.0))] * 20, ground=ground)
+        places[ground] = np.array(seen)
+    np.testing.assert_allclose(places["rough"][20:40], places["rough"][:20])
+    assert places["flat"][20:40, 2].min() > places["flat"][:20, 2].max()
 
 
 def test_there_may_be_no_other_stylizer(screen, monkeypatch):

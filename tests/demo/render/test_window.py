@@ -186,15 +186,49 @@ def test_styled_legs_set_the_pace_until_the_stick_alone_does(player):
 
 def test_neutral_while_a_key_or_the_button_is_held(player):
     player.press("]")
-    player.post(key("space"))
+    player.post(key("return"))
     assert player.commands[-1].style == {} and player.style
-    player.post(key("space", False))
+    player.post(key("return", False))
     assert player.commands[-1].style == player.style
     box = player.region("compare").box
     player.post(mouse(pygame.MOUSEBUTTONDOWN, (box[0] + 3, box[1] + 3), button=1))
     assert player.commands[-1].style == {}
     player.post(mouse(pygame.MOUSEBUTTONUP, (box[0] + 3, box[1] + 3), button=1))
     assert player.commands[-1].style == player.style
+
+
+def test_a_jump_is_in_one_command_for_each_press(player):
+    player.post(key("space"), frames=5)
+    assert sum(command.jump for command in player.commands) == 1
+    player.clock.costs = [3 / 60]  # a slow picture, which the next ones make up for with more frames
+    player.post(key("space", False), key("space"), frames=6)
+    player.press("space", "w")
+    assert sum(command.jump for command in player.commands) == 3
+
+
+def test_crouching_while_held_and_until_pressed_again(player):
+    player.post(key("c"), key("w"), key("left shift"))
+    assert player.commands[-1].gait == "crouch", "whoever crouches does not run"
+    player.post(key("c", False))
+    assert player.commands[-1].gait == "run"
+    player.press("j")
+    assert player.commands[-1].gait == "crouch" and player.live.devices.crouching
+    player.press("j")
+    assert player.commands[-1].gait == "run"
+
+
+def test_a_gamepad_jumps_crouches_and_goes_on_to_another_ground(player, pad):
+    button = {name: getattr(pygame, f"CONTROLLER_BUTTON_{name}") for name in ("A", "B", "DPAD_LEFT")}
+    player.post()
+    pad.press(button["A"])
+    pad.press(button["B"])
+    player.post()
+    assert sum(command.jump for command in player.commands) == 1
+    assert player.commands[-1].gait == "crouch"
+    pad.move(pygame.CONTROLLER_AXIS_TRIGGERLEFT, 1.0)
+    pad.press(button["DPAD_LEFT"])
+    player.post()
+    assert player.live.grounds.name == "hills"
 
 
 def test_random_mix_and_reset(player):
@@ -283,7 +317,7 @@ def test_names_of_what_is_worn():
 
 @pytest.mark.parametrize(
     "name, pressed",
-    [("skeleton", "k"), ("onion", "o"), ("phase", "p"), ("times", "g"), ("attention", "h"), ("contacts", "c")],
+    [("skeleton", "k"), ("onion", "o"), ("phase", "p"), ("times", "g"), ("attention", "h"), ("contacts", ",")],
 )
 def test_each_look_inside_changes_the_picture_and_goes_again(player, name, pressed):
     player.post(key("w"), frames=50)
