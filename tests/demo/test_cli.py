@@ -5,16 +5,20 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from demo import assemble, cli
 from demo.state.style_names import parse_style
 from sim.body.skeleton import PART_NAMES
+from sim.ground.catalogue import load_ground
 from sim.io import recording
 from sim.io.provenance import NONCOMMERCIAL
 from sim.style_spec import PartSpec
 from stylizer.styles.bundled_styles import CLIPS, licence_of
 from stylizer.systems.motion_puzzle.config import CONFIGS
+from tests.conftest import fake_session
 
 ROOT = Path(__file__).parents[2]
 GOOD = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
@@ -33,6 +37,9 @@ def folder(tmp_path, monkeypatch):
     Path("odd.jsonl").write_text(GOOD.replace("old", "odl"))
     Path("a_folder").mkdir()
     Path("words.txt").write_text("no recording\n")
+    Path("words.png").write_text("no picture\n")
+    for name, ground in (("lost", "gone.png"), ("moon", "moon")):
+        Path(f"{name}.jsonl").write_text(GOOD.replace('"fps": 60', f'"fps": 60, "ground": "{ground}"'))
     for name in ("clips/walk.bvh", "a_run/checkpoint.pt"):
         Path(name).parent.mkdir()
         Path(name).touch()
@@ -49,6 +56,12 @@ MISTAKES = {
     "replay words.txt --headless": "words.txt, line 1: this is no recording",
     "replay bad.jsonl --headless": "bad.jsonl, line 2: move is [2.0, 1.0], longer than 1",
     "replay odd.jsonl --headless --poses out.npz": "unknown style 'odl': did you mean old?",
+    "--ground moon": "unknown ground 'moon': use one of flat, hills, stairs, rough, or a height map FILE.png",
+    "--ground words.png": "words.png: this is no picture",
+    "replay good.jsonl --headless --ground moon": "unknown ground 'moon'",
+    "replay good.jsonl --headless --ground gone.png": "gone.png: No such file",
+    "replay moon.jsonl --headless": "unknown ground 'moon'",
+    "replay lost.jsonl --headless": "gone.png: No such file",
     "replay good.jsonl --headless --poses nowhere/out.npz": "there is no folder nowhere",
     "replay good.jsonl --headless --poses a_folder": "it is not a file",
     "replay good.jsonl --headless --poses good.jsonl": "it is the recording itself",
@@ -119,6 +132,32 @@ def test_replay_writes_what_it_says(folder, fake_models, capsys):
     assert err == "" and "30 frames" in out
     assert [line.removeprefix("wrote ") for line in out.splitlines()[1:]] == ["a.npz", "a.bvh", "a.json"]
     assert all(Path(name).stat().st_size for name in ("a.npz", "a.bvh", "a.json"))
+
+
+def test_a_replay_walks_on_the_recording_s_ground_or_on_the_one_that_is_asked_for(folder, monkeypatch):
+    stood_on = []
+
+    def build_session(stylizer=None, ground=None):
+        stood_on.append(ground)
+        return fake_session(ground=ground)
+
+    monkeypatch.setattr(assemble, "build_session", build_session)
+    Path("maps").mkdir()
+    Image.fromarray(np.tile(np.arange(64, dtype=np.uint8), (64, 1))).save("maps/ramp.png")
+    for name, ground in (("stairs", "stairs"), ("ramp", "ramp.png")):
+        Path(f"maps/{name}.jsonl").write_text(GOOD.replace('"fps": 60', f'"fps": 60, "ground": "{ground}"'))
+    for line in ("stairs.jsonl", "stairs.jsonl --ground hills", "stairs.jsonl --ground flat", "ramp.jsonl"):
+        assert cli.main(f"replay maps/{line} --headless".split()) == 0
+    assert stood_on[:3] == [load_ground("stairs"), load_ground("hills"), None]
+    assert stood_on[3].name == "ramp.png", "beside the recording"
+
+
+def test_the_video_of_a_replay_shows_its_ground(folder, fake_models, monkeypatch):
+    shown = []
+    monkeypatch.setattr("demo.export.video.check", lambda path: None)
+    monkeypatch.setattr("demo.export.video.render", lambda path, *what: (path.touch(), shown.append(what[-1])))
+    assert cli.main("replay good.jsonl --headless --ground rough --video out.gif".split()) == 0
+    assert shown == [load_ground("rough")]
 
 
 def test_a_recording_cut_short_plays_with_a_warning(folder, fake_models, capsys):
