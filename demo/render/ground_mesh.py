@@ -6,7 +6,7 @@ import numpy as np
 from sim.ground.ground import BLUR, Ground
 
 TO_LIGHT = np.array([0.36, 0.84, 0.41]) / np.linalg.norm([0.36, 0.84, 0.41])
-SKY_LIGHT, SUN_LIGHT = 0.5, 0.6  # on the ground: from all of the sky, and from TO_LIGHT
+SKY_LIGHT, SUN_LIGHT = 0.4, 0.75  # on the ground: from all of the sky, and from TO_LIGHT
 DARKEST = 0.5  # light on the ground, 1 on level floor
 CREASE = 0.1  # of light, between a face and the ground about its corner: past that there is an edge between
 LEVEL = np.zeros(3)  # the plane of level floor, as tangent_plane gives it
@@ -41,6 +41,7 @@ class GroundMesh:
         self._cells = cell * 2.0 ** np.arange(count)
         self._centres = np.full((count, 2), np.nan)
         self._corners = np.zeros((count, self._side + 1, self._side + 1, 4), np.float32)
+        self._unstitched = self._corners[..., 1].copy()  # heights of the ground itself, at borders as well
         self._merged = [np.zeros((0, 4, 4), np.float32)] * count  # the quads of each grid
 
     def move(self, place: np.ndarray) -> bool:
@@ -86,6 +87,7 @@ class GroundMesh:
         steps = (np.arange(self._side + 1) - self._side // 2) * self._cells[grid]
         places = np.stack(np.meshgrid(*(steps + middle for middle in self._centres[grid])), axis=-1)
         heights = self._heights(grid, places)
+        self._unstitched[grid] = heights
         rise_z, rise_x = np.gradient(heights, self._cells[grid])
         if grid + 1 < len(self._cells):
             along = np.arange(self._side + 1)
@@ -123,7 +125,7 @@ class GroundMesh:
         height = np.append(stops, side * side)[np.searchsorted(stops, first) + 1] - first
         rows = row[:, None] + height[:, None] * np.array([0, 1, 1, 0])
         columns = column[:, None] + length[row, column][:, None] * np.array([0, 0, 1, 1])
-        return _with_creases(self._corners[grid][rows, columns])
+        return _with_creases(self._corners[grid][rows, columns], self._unstitched[grid][rows, columns])
 
     def _inner_cells(self, grid: int) -> np.ndarray:
         """(side, side) which cells of a grid the finer one covers."""
@@ -144,9 +146,10 @@ def _is_straight(heights: np.ndarray) -> np.ndarray:
     return result
 
 
-def _with_creases(quads: np.ndarray) -> np.ndarray:
-    """Quads (n, 4, 4), a corner lit as the face itself where the ground about it is lit otherwise by CREASE."""
-    y, (width, depth) = quads[..., 1].T, (quads[:, 2, ::2] - quads[:, 0, ::2]).T
+def _with_creases(quads: np.ndarray, heights: np.ndarray) -> np.ndarray:
+    """Quads (n, 4, 4), a corner lit as the face between heights (n, 4) where the ground about it is lit otherwise by
+    CREASE."""
+    y, (width, depth) = heights.T, (quads[:, 2, ::2] - quads[:, 0, ::2]).T
     face = _light((y[2] + y[3] - y[0] - y[1]) / (2 * width), (y[1] + y[2] - y[0] - y[3]) / (2 * depth))[:, None]
     quads[..., 3] = np.where(np.abs(quads[..., 3] - face) > CREASE, face, quads[..., 3])
     return quads
