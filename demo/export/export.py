@@ -37,11 +37,12 @@ def write_bvh(path: Path, result: Result) -> None:
 
 
 def write_glb(path: Path, result: Result) -> None:
-    """The styled motion on the figure, in the colours that it has at the end."""
+    """The styled motion on the figure, in the colours that it has at the end, and the uneven ground under it."""
     from demo.export import gltf
     from demo.figure import colours
 
-    gltf.write(path, styled_clip(result.frames), colours.part_colours(colours.worn(result.frames[-1])))
+    worn = colours.part_colours(colours.worn(result.frames[-1]))
+    gltf.write(path, styled_clip(result.frames), worn, result.ground)
 
 
 def styled_clip(frames: Sequence[Frame]) -> Clip:

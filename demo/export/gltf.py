@@ -1,4 +1,4 @@
-"""glTF 2.0 binary files (.glb): the figure as one skinned mesh on its skeleton, with one animation.
+"""glTF 2.0 binary files (.glb): the figure as one skinned mesh on its skeleton, with one animation, and the ground.
 
 glTF's axes and units are ours (Y up, right-handed, the front is +Z, metres), so nothing is converted but the order of
 quaternions. Written by hand because it is little: a JSON text and one block of numbers."""
@@ -13,6 +13,7 @@ from demo.figure import body
 from demo.figure.skin import Skin, make_skin
 from sim.body.kinematics import to_local
 from sim.body.skeleton import BONE_OFFSETS, JOINTS, PARENTS, PART_OF_JOINT
+from sim.ground.ground import Ground
 from sim.io.atomic_write import atomic_write
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
@@ -21,22 +22,25 @@ SKIN_CELL = 0.020  # metres, as in the window
 SHADED = 0.45  # share of light that reaches the deepest folds
 GLOVES = 0.66  # how much darker gloves and shoes are than their part
 VISOR_SHARPNESS, VISOR_COLOUR = np.array([15.0, 34.0, 15.0]), np.array([0.006, 0.008, 0.013])
+GROUND_MARGIN = 2.0  # metres of uneven ground beyond where the hips go
+GROUND_CELLS = 256  # of a side of it at most
 COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint8): 5121, np.dtype(np.uint32): 5125}
 TYPES = {(): "SCALAR", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
 VERTICES, INDICES = 34962, 34963  # what a buffer view feeds
 JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
 
 
-def write(path: str | Path, clip: Clip, part_colours: np.ndarray) -> None:
-    """Writes the clip as a .glb, the figure in display colours (5, 3) of the body parts. Raises OSError."""
+def write(path: str | Path, clip: Clip, part_colours: np.ndarray, ground: Ground | None = None) -> None:
+    """Writes the clip as a .glb, the figure in display colours (5, 3) of the body parts, with the uneven ground under
+    it, if there is one. Raises OSError."""
     with atomic_write(path) as temporary:
-        temporary.write_bytes(encode(clip, part_colours))
+        temporary.write_bytes(encode(clip, part_colours, ground))
 
 
-def encode(clip: Clip, part_colours: np.ndarray) -> bytes:
+def encode(clip: Clip, part_colours: np.ndarray, ground: Ground | None = None) -> bytes:
     """The bytes of a .glb file: JSON chunk, binary chunk (glTF 2.0, Sec. 4.4)."""
     numbers = _Numbers()
-    document = {
+    document: dict = {
         "asset": {"version": "2.0", "generator": "Patchwalk"},
         "scene": 0,
         "scenes": [{"nodes": [0, len(JOINTS)]}],  # a skinned mesh is placed by its joints alone, so it hangs on none
@@ -53,6 +57,10 @@ def encode(clip: Clip, part_colours: np.ndarray) -> bytes:
         "meshes": [{"name": "Figure", "primitives": [_primitive(numbers, part_colours)]}],
         "animations": [_animation(numbers, clip)],
     }
+    if ground is not None:
+        document["scenes"][0]["nodes"].append(len(document["nodes"]))
+        document["nodes"].append({"name": "Ground", "mesh": len(document["meshes"])})
+        document["meshes"].append(_ground_mesh(numbers, ground, clip.hips))
     document |= {
         "accessors": numbers.accessors,
         "bufferViews": numbers.views,
@@ -143,6 +151,22 @@ def _primitive(numbers: _Numbers, part_colours: np.ndarray) -> dict:
         "indices": numbers.add(skin.triangles.ravel().astype(np.uint32), INDICES),
         "material": 0,
     }
+
+
+def _ground_mesh(numbers: _Numbers, ground: Ground, hips: np.ndarray) -> dict:
+    """The ground about the way of the hips (n, 3); without normals, so that steps have sharp edges."""
+    low, high = hips[:, ::2].min(axis=0) - GROUND_MARGIN, hips[:, ::2].max(axis=0) + GROUND_MARGIN
+    cell = ground.cell
+    while (high - low).max() > GROUND_CELLS * cell:
+        cell *= 2
+    axes = [np.arange(np.floor(a / cell), np.ceil(b / cell) + 1) * cell for a, b in zip(low, high, strict=True)]
+    places = np.stack(np.meshgrid(*axes), axis=-1)  # (along z, along x, 2)
+    positions = np.stack([places[..., 0], ground.height_at(places), places[..., 1]], axis=-1).reshape(-1, 3)
+    corners = np.arange(len(positions)).reshape(places.shape[:2])
+    a, b, c, d = corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]
+    triangles = np.stack([a, b, c, a, c, d], axis=-1).ravel().astype(np.uint32)
+    attributes = {"POSITION": numbers.add(positions, VERTICES, bounds=True)}
+    return {"name": "Ground", "primitives": [{"attributes": attributes, "indices": numbers.add(triangles, INDICES)}]}
 
 
 def _colours(skin: Skin, part_colours: np.ndarray) -> np.ndarray:

@@ -123,7 +123,8 @@ def test_what_cannot_be_exported_is_said_and_the_rest_is_written(screen, tmp_pat
 def test_an_export_is_finished_before_the_program_ends(screen, capsys):
     pygame.event.post(key("f9"))
     clock = Clock()
-    report = run_live(fake_session(), STYLES, seconds=0.1, window=screen, clock=clock, sleep=clock.sleep)
+    options = {"window": screen, "clock": clock, "sleep": clock.sleep, "ground": "rough"}
+    report = run_live(fake_session(), STYLES, seconds=0.1, **options)
     assert {".bvh", ".glb"} <= {path.suffix for path in report.files} and all(path.is_file() for path in report.files)
     assert "Finishing the export" in capsys.readouterr().out
 

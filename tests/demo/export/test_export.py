@@ -11,9 +11,11 @@ from demo.figure.colours import part_colours
 from sim.body.kinematics import forward_kinematics, to_global
 from sim.body.skeleton import JOINTS, PARTS
 from sim.command import GAIT_SPEEDS, Command
+from sim.ground.catalogue import load_ground
 from sim.io import bvh
 from sim.io.atomic_write import atomic_write
 from tests.conftest import fake_session
+from tests.support.fakes import fake_session as walker_session
 
 # It turns over the side where the sign of a facing's quaternion changes.
 COMMANDS = (
@@ -96,11 +98,27 @@ def test_another_reader_finds_the_same_joints_in_the_bvh(result, tmp_path):
 
 def test_glb_is_the_styled_motion_in_the_last_frame_s_colours(result, tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr("demo.export.gltf.write", lambda path, clip, colours: seen.append((clip, colours)))
+    monkeypatch.setattr("demo.export.gltf.write", lambda path, clip, colours, _: seen.append((clip, colours)))
     WRITERS["glb"](tmp_path / "a.glb", result)
     ((clip, colours),) = seen
     np.testing.assert_allclose(clip.positions(), [frame.styled.positions for frame in result.frames], atol=1e-9)
     np.testing.assert_array_equal(colours, part_colours(result.frames[-1].command.style))
+
+
+def test_heights_over_uneven_ground_are_in_every_export(tmp_path):
+    ground = load_ground("hills")
+    session = walker_session(ground)
+    frames = [session.step(Command((0.6, 0.8), gait="run")) for _ in range(240)]
+    result = Result(frames, session.latency, 0.0, ground)
+    for kind in ("poses", "bvh", "glb"):
+        WRITERS[kind](tmp_path / f"a.{kind}", result)
+    poses = np.load(tmp_path / "a.poses")
+    root = poses["root_position"]
+    assert np.ptp(root[:, 1]) > 0.2
+    np.testing.assert_allclose(root[:, 1], ground.smooth_height_at(root[:, [0, 2]]))
+    positions = bvh.read(tmp_path / "a.bvh").global_transforms()[0] / bvh.CENTIMETRES
+    np.testing.assert_allclose(positions, poses["positions"], atol=1e-4)
+    assert b'"Ground"' in (tmp_path / "a.glb").read_bytes()
 
 
 def test_latency(result, tmp_path):

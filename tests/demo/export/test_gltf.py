@@ -14,6 +14,7 @@ from demo.figure import body
 from demo.figure.skin import make_skin
 from sim.body.pose import Pose
 from sim.body.skeleton import JOINTS, PART_NAMES
+from sim.ground.catalogue import load_ground
 from sim.motion.clip import Clip
 from tests.support.walker import walking_clip
 
@@ -33,7 +34,7 @@ def clip() -> Clip:
 @pytest.fixture(scope="module")
 def path(clip, tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("gltf") / "walk.glb"
-    gltf.write(path, clip, COLOURS)
+    gltf.write(path, clip, COLOURS, load_ground("stairs"))
     return path
 
 
@@ -137,6 +138,19 @@ def test_the_skin_follows_as_in_the_window(reader, clip):
         skin.weights[..., None] * (body.rot.rotate(turns[skin.joints], arms) + pose.positions[skin.joints]), axis=1
     )
     np.testing.assert_allclose(moved, ours, atol=1e-5)
+
+
+def test_the_ground_is_there_about_the_way_and_faces_up(reader, clip):
+    (primitive,) = next(mesh for mesh in reader.file.meshes if mesh.name == "Ground").primitives
+    positions, triangles = (
+        reader.numbers(primitive.attributes.POSITION),
+        reader.numbers(primitive.indices).reshape(-1, 3),
+    )
+    np.testing.assert_allclose(positions[:, 1], load_ground("stairs").height_at(positions[:, ::2]), atol=1e-5)
+    way = clip.hips[:, ::2]
+    assert (positions[:, ::2].min(0) < way.min(0) - 1.9).all() and (positions[:, ::2].max(0) > way.max(0) + 1.9).all()
+    a, b, c = positions[triangles].swapaxes(0, 1)
+    assert (np.cross(b - a, c - a)[:, 1] > 0).all() and len(positions) < 30_000
 
 
 def test_colours_are_those_of_the_parts(reader, clip, tmp_path):
