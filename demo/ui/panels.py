@@ -268,7 +268,7 @@ def controls(bindings_rows: tuple = ()) -> Panel:
     """The help: every control with its key, mouse and gamepad."""
     head = tuple(Cell(text, FAINT) for text in ("", "keyboard", "mouse", "gamepad"))
     rows = [(Cell(what), Cell(keys, ACCENT), Cell(mouse), Cell(pad)) for what, keys, mouse, pad in bindings_rows]
-    return Panel((Table((head, *rows), letters=SMALL, line=16.5),), "center")
+    return Panel((Table((head, *rows), letters=SMALL, line=15.5),), "center")
 
 
 def help_of(bindings: Bindings = DEFAULT) -> Panel:
