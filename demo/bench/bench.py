@@ -19,6 +19,7 @@ from demo import assemble
 from demo.bench.machine import Probe, products_of
 from sim.body.skeleton import PART_NAMES
 from sim.command import Command, Commands
+from sim.ground.catalogue import load_ground
 from sim.io import recording
 from sim.latency import Latency, percentiles
 from sim.motion.clip import FPS
@@ -47,6 +48,7 @@ def measure(characters: int, seconds: float, started: float) -> dict:
     """The report; `started`: time.perf_counter() when the program began."""
     latency = Latency()
     session = assemble.build_session(latency=latency)
+    session.stand_on(load_ground(recording.read(assemble.BUNDLED_RECORDING).ground))
     startup_s = time.perf_counter() - started
     script = dress(session)
     with leave_out(latency):

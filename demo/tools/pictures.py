@@ -2,6 +2,7 @@
 renderer."""
 
 import tempfile
+from itertools import islice
 from pathlib import Path
 from typing import Generator
 
@@ -18,9 +19,10 @@ from demo.render.window import Window, open_window
 from demo.state.presets import Presets, describe
 from demo.ui import panels
 from sim.command import Command
+from sim.ground.catalogue import load_ground
+from sim.io import recording
 from sim.motion.clip import FPS
 from sim.session import Session
-from sim.style_spec import StyleSpec
 from stylizer.systems import checkpoint
 
 FOLDER = Path(__file__).parents[1] / "pictures"
@@ -47,17 +49,7 @@ WINDOW_FRAMES = 150
 WINDOW_ACTIONS = ("preset_1", "pick_left_arm", "skeleton", "trajectory", "phase", "times", "attention", "twin")
 
 GIF_SIZE = (400, 280)
-GIF_START = 150  # frames of walking before the first picture
-# Frames after the first picture -> what is put on then.
-GIF_STYLES: dict[int, dict[str, str]] = {
-    0: {},
-    45: {"legs": "marching"},
-    95: {"spine": "leaning"},
-    145: {"arms": "zombie"},
-    205: {"all": "prowling"},
-}
-GIF_FRAMES = 270
-GIF_WALK = (-0.3, 0.95)  # the stick
+GIF_START, GIF_FRAMES = 1460, 620  # of the bundled recording: the frame of the first picture, and how many from there
 GIF_DISTANCE = 3.0
 
 
@@ -104,21 +96,24 @@ def live_window() -> None:
 
 
 def gif() -> None:
-    """walk.gif: one walk, restyled part by part."""
-    video.write_gif(FOLDER / "walk.gif", _restyled_walk())
+    """walk.gif: a stretch of the bundled recording."""
+    video.write_gif(FOLDER / "walk.gif", _excerpt())
 
 
-def _restyled_walk() -> Generator[np.ndarray, None, None]:
-    session, style = assemble.build_session(), StyleSpec()
-    view = View(Camera(distance=GIF_DISTANCE), arrow=False, contacts=False)
+def _excerpt() -> Generator[np.ndarray, None, None]:
+    recorded = recording.read(assemble.BUNDLED_RECORDING)
+    session, ground = assemble.build_session(), load_ground(recorded.ground)
+    session.stand_on(ground)
+    view = View(Camera(distance=GIF_DISTANCE), arrow=False, contacts=False, ground=ground)
     with open_window(GIF_SIZE, visible=False) as window:
         renderer = Renderer(window.size)
-        for number in range(-GIF_START, GIF_FRAMES):
-            style = StyleSpec({**style, **StyleSpec(GIF_STYLES.get(number, {}))})
-            frame = session.step(Command(GIF_WALK, style=style, pace=True))
+        for number, command in enumerate(islice(recorded, GIF_START + GIF_FRAMES), -GIF_START):
+            frame = session.step(command)
+            if number == -GIF_START:
+                view.jump_to(frame)
             view.follow(frame, 1 / FPS)
             if number >= 0 and number % video.GIF_STEP == 0:
-                view.panels = (panels.line(describe(style), "bottom"),)
+                view.panels = (panels.line(describe(command.style), "bottom"),)
                 window.bind()
                 renderer.draw(frame, view)
                 yield window.read_pixels()

@@ -15,7 +15,8 @@ LEVEL_START = (1.0, 3.0)  # metres from the origin: level before, as it comes af
 RISE, TREAD = 0.18, 0.30  # metres, of a step of stairs
 STEPS = 8  # of a flight
 LANDING = 2.5  # metres between flights
-FLIGHT_WIDTH = 6.4  # metres, after which the stairs beside begin, with another rise
+FLIGHT_WIDTH = 6.4  # metres, after which what is beside begins: stairs of a lower rise, then a ramp
+LOWER_RISE = 0.85  # of their rise and of the ramp's, as a share of the steepest
 
 
 def make_hills(random: np.random.Generator, steepest: float = STEEPEST) -> Ground:
@@ -32,18 +33,17 @@ def make_rough(random: np.random.Generator, deviation: float = ROUGH_HEIGHT) -> 
 
 
 def make_stairs(random: np.random.Generator, rise: float = RISE, tread: float = TREAD) -> Ground:
-    """Flights of STEPS up and down along z with landings between, beside them others with a lower rise; rise, tread:
-    metres of a step of the steepest."""
+    """Flights of STEPS up and down along z with landings between, beside them others with a lower rise and a ramp of
+    that slope; rise, tread: metres of a step of the steepest."""
     tile = CELLS * CELL
     x, z = (np.arange(CELLS) - CELLS // 2) * CELL + random.uniform(0, 1e-6), (np.arange(CELLS) - CELLS // 2) * CELL
     period = tile / max(1, round(tile / (2 * (LANDING + STEPS * tread))))
     run = (period - 2 * LANDING) / 2  # of a flight
     place = (z - LANDING / 2) % period  # the origin lies in the middle of a landing
-    up = np.ceil(np.clip(place / run, 0, 1) * STEPS)
-    down = np.ceil(np.clip((place - run - LANDING) / run, 0, 1) * STEPS)
+    climbed = STEPS * (np.clip(place / run, 0, 1) - np.clip((place - run - LANDING) / run, 0, 1))
     lanes = np.floor((x + FLIGHT_WIDTH / 2) / FLIGHT_WIDTH).astype(int) % 3
-    rises = np.array([rise, 0.85 * rise, 0.7 * rise])[lanes]
-    return rest_on_origin(Ground(((up - down)[:, None] * rises).astype(np.float32), CELL))
+    kinds = np.stack([rise * np.ceil(climbed), LOWER_RISE * rise * np.ceil(climbed), LOWER_RISE * rise * climbed])
+    return rest_on_origin(Ground(kinds[lanes].T.astype(np.float32), CELL))
 
 
 def _sum_waves(random: np.random.Generator, lengths: tuple[float, float]) -> np.ndarray:

@@ -14,6 +14,8 @@ ARCHIVES = {
     "accad": "ACCAD Open Motion, The Ohio State University (CC BY 3.0)",
     "cmu16": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",
     "cmu69": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",
+    "cmu13-steps-jumps": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",
+    "cmu91": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",
     "cmu131": "CMU mocap, mocap.cs.cmu.edu, NSF EIA-0196217 (free to use, not to be resold as is)",
     "zombie": "AnimatedDrawings, Meta (MIT)",
     "cc0-quaternius": "Quaternius, Mesh2Motion (CC0 1.0)",

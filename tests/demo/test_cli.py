@@ -12,6 +12,7 @@ from PIL import Image
 from demo import assemble, cli
 from demo.state.style_names import parse_style
 from sim.body.skeleton import PART_NAMES
+from sim.command import GAIT_SPEEDS
 from sim.ground.catalogue import load_ground
 from sim.io import recording
 from sim.io.provenance import NONCOMMERCIAL
@@ -232,8 +233,9 @@ def test_bench_reports_every_field(folder, fake_models, monkeypatch, capsys):
 def test_bundled_recording_is_sound():
     recorded = recording.read(assemble.BUNDLED_RECORDING)
     commands = list(recorded)
-    assert 20 <= len(recorded) / 60 <= 25
-    assert {"walk", "run"} == {command.gait for command in commands} and any(command.face for command in commands)
+    assert 110 <= len(recorded) / 60 <= 130 and recorded.ground == "stairs"
+    assert set(GAIT_SPEEDS) == {command.gait for command in commands} and any(command.face for command in commands)
+    assert sum(command.jump for command in commands) >= 3
     assert {part for command in commands for part in command.style} == set(PART_NAMES)
     assert set(recorded.styles) <= {name for name, clips in CLIPS.items() if NONCOMMERCIAL not in licence_of(clips)}
 
