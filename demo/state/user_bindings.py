@@ -1,6 +1,5 @@
 """The user's own bindings: `keys.toml` in the user's folder, laid over the table of demo.state.bindings."""
 
-import tomllib
 import warnings
 from dataclasses import replace
 from difflib import get_close_matches
@@ -9,6 +8,7 @@ from pathlib import Path
 import pygame
 
 from demo.state.bindings import CONTROLS, DEFAULT, Bindings, Names
+from sim.io.text_files import read_toml
 from sim.io.user_dirs import data_folder
 
 DEVICES = {"keys": "keys", "gamepad": "pad", "mouse": "mouse"}  # section of the file -> field of Bindings
@@ -41,9 +41,9 @@ def load(file: Path | None = None) -> Bindings:
     if not file.exists():
         return DEFAULT
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{file}: this is no TOML: {error}; `patchwalk keys` prints one that is right") from None
+        content = read_toml(file)
+    except ValueError as error:
+        raise ValueError(f"{error}; `patchwalk keys` prints one that is right") from None
     bindings = DEFAULT
     for section, entries in content.items():
         if section not in DEVICES or not isinstance(entries, dict):

@@ -1,10 +1,10 @@
 """Which joint of somebody else's skeleton is which of our 21: a table of families, detection, and map files."""
 
-import json
 import re
 from pathlib import Path
 
 from sim.body.skeleton import INDEX, JOINTS
+from sim.io.text_files import read_json
 
 # Joints another skeleton may lack; they then keep their parent's orientation.
 OPTIONAL = {"Spine", "Neck", "LeftShoulder", "RightShoulder", "LeftToe", "RightToe"}
@@ -113,10 +113,7 @@ def detect(names: list[str]) -> dict[str, str]:
 
 def load(path: str | Path) -> dict[str, str]:
     """A map file: JSON {our joint: theirs}. Raises OSError, or ValueError saying which joints are wrong or missing."""
-    try:
-        name_map = json.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except ValueError as error:
-        raise ValueError(f"{path} is not a JSON file: {error}") from error
+    name_map = read_json(path)
     if not isinstance(name_map, dict) or not all(isinstance(theirs, str) for theirs in name_map.values()):
         raise ValueError(f'{path} must hold one JSON object of names, {{"Hips": "their name", ...}}')
     unknown = [ours for ours in name_map if ours not in INDEX]

@@ -3,13 +3,13 @@
 What becomes of them is what E_S^2D of Aberman et al. 2020 reads: POINTS of `stylizer.systems.unpaired`, in metres about
 the hips."""
 
-import json
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 
+from sim.io.text_files import read_json
 from sim.motion.clip import FPS
 
 RELIABLE = 0.1  # confidence under which a point counts as not seen
@@ -75,8 +75,7 @@ def people(path: Path) -> list[np.ndarray]:
     file."""
     try:
         found = [
-            np.array(person["pose_keypoints_2d"], dtype=float).reshape(-1, 3)
-            for person in json.loads(path.read_text())["people"]
+            np.array(person["pose_keypoints_2d"], dtype=float).reshape(-1, 3) for person in read_json(path)["people"]
         ]
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(

@@ -1,0 +1,23 @@
+"""What is checked before anything is written or believed, and how names stand in a sentence."""
+
+from pathlib import Path
+from typing import Iterable, Sequence
+
+import numpy as np
+
+from sim.io.bvh_parser import shorten
+
+NAMES_SHOWN = 3  # of a list in a sentence
+
+
+def check_finite(path: str | Path, *arrays: np.ndarray) -> None:
+    """Raises ValueError, naming the file, where numbers that it holds or is to hold are not finite."""
+    if not all(np.isfinite(array).all() for array in arrays if array.dtype.kind == "f"):
+        raise ValueError(f"{path}: there are numbers in it that are not finite")
+
+
+def count_names(names: Sequence[str] | Iterable[str]) -> str:
+    """Names as a sentence holds them: the first few, and how many more there are."""
+    names = list(names)
+    shown = ", ".join(map(shorten, names[:NAMES_SHOWN]))
+    return shown + f" and {len(names) - NAMES_SHOWN} more" * (len(names) > NAMES_SHOWN)
