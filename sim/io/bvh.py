@@ -17,6 +17,7 @@ from sim.motion.clip import Clip
 
 CENTIMETRES = 100.0
 SAME_ROTATION = 1e-8  # of a quaternion's numbers: a millionth of a degree, the last that is written
+MOSTLY_SAME = 0.5  # share of the frames: a joint that still turns as in the file was not restyled
 LOST_ANGLE = 1.0  # degrees that a joint without channels for them turns, over which that is said
 MAX_MEGABYTES = 128  # of one file: more than half an hour of a hundred joints
 END_SITES = {
@@ -191,21 +192,15 @@ def _hierarchy_lines(motion: Motion) -> list[str]:
 
 
 def _frame_lines(motion: Motion) -> list[str]:
-    own = None if motion.angles is None else _rotations(motion.channels, motion.angles)
+    angles = _angles_of(motion)
     columns, lacking = [], []
     for joint, channels in enumerate(motion.channels):
-        rotations, order = motion.rotations[:, joint], rotation_order(channels)
-        if own is not None and motion.angles is not None and _are_same(own[:, joint], rotations):
-            angles = motion.angles[:, joint]
-        else:
-            start = None if motion.angles is None else motion.angles[0, joint]
-            angles = euler.continuous(euler.complete(order), rotations, start)
-            if order and np.abs(angles[:, len(order) :]).max(initial=0.0) > LOST_ANGLE:
-                lacking.append(motion.names[joint])
-        turns = iter(angles.T)
+        turns = iter(angles[:, joint].T)
         for channel in channels:
             turn = channel in ROTATION_ORDER
             columns.append(next(turns) if turn else motion.positions[:, joint, "XYZ".index(channel[0])])
+        if 0 < len(rotation_order(channels)) and any(np.abs(left).max() > LOST_ANGLE for left in turns):
+            lacking.append(motion.names[joint])
     if lacking:
         warnings.warn(
             f"{count_names(lacking)} cannot turn every way in this file: what turns about axes without a channel is "
@@ -216,6 +211,19 @@ def _frame_lines(motion: Motion) -> list[str]:
     return [template % tuple(row) for row in np.stack(columns, axis=1).tolist()]
 
 
-def _are_same(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether rotations (F, 4) are the same, whatever their signs."""
-    return bool((np.minimum(np.abs(one - other), np.abs(one + other)).max(axis=-1) < SAME_ROTATION).all())
+def _angles_of(motion: Motion) -> np.ndarray:
+    """Degrees (F, J, 3) about the axes of each joint's channels, and about those that it has no channels for: the
+    file's own where a joint turns as it did there, mostly, and else what runs on from the first."""
+    own = motion.angles
+    same = np.zeros(motion.rotations.shape[:2], bool)
+    if own is not None:
+        before = _rotations(motion.channels, own)
+        apart = np.minimum(np.abs(before - motion.rotations), np.abs(before + motion.rotations))
+        same = apart.max(axis=-1) < SAME_ROTATION
+        same &= same.mean(axis=0) > MOSTLY_SAME
+    result = np.zeros((*same.shape, 3)) if own is None else np.where(same[..., None], own, 0.0)
+    for joint in np.flatnonzero(~same.all(axis=0)):
+        order = euler.complete(rotation_order(motion.channels[joint]))
+        angles = euler.continuous(order, motion.rotations[:, joint], None if own is None else own[0, joint])
+        result[:, joint] = np.where(same[:, joint, None], result[:, joint], angles)
+    return result
