@@ -111,7 +111,7 @@ def apply_styled(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Cl
     before = to_pose(content)
     upright = uprightness(before)
     delta = unwrap_frames(pose_delta(styled, clip_features(content))) * delta_weights(strengths)
-    delta = gaussian_filter1d(delta, SMOOTHING, axis=0, mode="nearest") * upright[:, None, None]
+    delta = gaussian_filter1d(delta, SMOOTHING, axis=0, mode="nearest")
     longest = _steps(before).max() + LEAP
     for sigma in (*CALMING, None):
         after = _put_on(before, delta, strengths, upright)
@@ -134,8 +134,9 @@ def _steps(pose: Pose) -> np.ndarray:
 
 
 def _put_on(before: Pose, delta: np.ndarray, strengths: np.ndarray, upright: np.ndarray) -> Pose:
-    """The poses changed by deltas (frames, 22, 3), their feet in order as far as the body stands on them: upright
-    (frames,)."""
+    """The poses changed by deltas (frames, 22, 3) as far as the body is upright (frames,), their feet in order as far
+    as it stands on them."""
+    delta = delta * upright[:, None, None]
     pose = preserve_hands(
         apply_delta(before, rotations_of_delta(delta), delta[..., -1, :]), before, strengths[ARM_PARTS]
     )
