@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Iterable
 
 from demo.commands.replay import STYLIZER_HELP
+from sim.io.provenance import SHIPPED
 from sim.style_spec import PartSpec, StyleSpec
 
 HELP = "restyle a BVH file, body part by body part"
@@ -39,6 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help='JSON {"our joint": "theirs", ...}, for a content skeleton that is not recognised by its names',
     )
+    parser.add_argument(
+        "--fps", type=float, help="frames a second of the content, believed in place of what its file says"
+    )
     parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
     parser.add_argument(
         "--global-motion",
@@ -60,20 +64,23 @@ def _style(text: str) -> tuple[tuple[str, ...], PartSpec]:
 def run(args: argparse.Namespace) -> int:
     from demo.export.export import check_outputs
     from sim.retarget import joint_names
+    from stylizer.styles import style_names
 
     style = _by_part(args.style)
     if args.output.resolve() == args.content.resolve():
         raise ValueError(f"{args.output} is the content itself: write to another file")
     check_outputs({"bvh": args.output})
+    style_names.check_known(style.names, args.stylizer or SHIPPED)
     name_map = joint_names.load(args.map) if args.map else None
 
     from sim.io import bvh
-    from sim.retarget.retarget import load_clip
+    from sim.retarget.retarget import to_clip
     from stylizer.runtime import catalogue
     from stylizer.runtime.offline import resolve_styles, stylize
 
     start = time.perf_counter()
-    content = load_clip(args.content, name_map)
+    motion = bvh.read(args.content, args.fps)
+    content = to_clip(motion, args.content, name_map)
     bank = catalogue.load_bank(args.stylizer)
     styled = stylize(bank.model, content, resolve_styles(bank, style))
     if args.global_motion:
@@ -83,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
     if args.retarget_back:
         from sim.retarget.retarget_back import retarget_back
 
-        bvh.write(args.output, retarget_back(bvh.read(args.content), content, styled, name_map))
+        bvh.write(args.output, retarget_back(motion, content, styled, name_map))
     else:
         bvh.write(args.output, styled)
     seconds = len(content) / content.fps

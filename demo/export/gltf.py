@@ -14,6 +14,7 @@ from demo.figure.skin import Skin, make_skin
 from sim.body.kinematics import to_local
 from sim.body.skeleton import BONE_OFFSETS, JOINTS, PARENTS, PART_OF_JOINT
 from sim.io.atomic_write import atomic_write
+from sim.io.checks import check_finite
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
 
@@ -28,7 +29,9 @@ JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
 
 
 def write(path: str | Path, clip: Clip, part_colours: np.ndarray) -> None:
-    """Writes the clip as a .glb, the figure in display colours (5, 3) of the body parts. Raises OSError."""
+    """Writes the clip as a .glb, the figure in display colours (5, 3) of the body parts. Raises OSError, and
+    ValueError for a clip that is not finite."""
+    check_finite(path, clip.hips, clip.rotations)
     with atomic_write(path) as temporary:
         temporary.write_bytes(encode(clip, part_colours))
 

@@ -51,6 +51,8 @@ class Sender:
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
             family, _, _, _, self.address = found[0]
+            with socket.socket(family, socket.SOCK_DGRAM) as probe:
+                probe.connect(self.address)  # sends nothing, and says whether there is a way there
             self._socket = socket.socket(family, socket.SOCK_DGRAM)
         except (OSError, UnicodeError) as error:  # a name may be too odd to be looked up at all
             reason = getattr(error, "strerror", None) or "it is no name of a machine"

@@ -13,7 +13,7 @@ NAMES_SHOWN = 3  # of a list in a sentence
 def check_finite(path: str | Path, *arrays: np.ndarray) -> None:
     """Raises ValueError, naming the file, where numbers that it holds or is to hold are not finite."""
     if not all(np.isfinite(array).all() for array in arrays if array.dtype.kind == "f"):
-        raise ValueError(f"{path}: there are numbers in it that are not finite")
+        raise ValueError(f"{path}: some of its numbers are not finite")
 
 
 def count_names(names: Sequence[str] | Iterable[str]) -> str:

@@ -14,6 +14,7 @@ from sim.style_spec import StyleSpec, abbreviate, is_number
 
 HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
 MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
+MAX_SEED = 2**31
 # by which a recorded full stick may be too long: it is left as it is, for the same pose to the last bit
 LAST_BITS = 1e-12
 SMALLEST_FACE = 1e-6  # the length of a facing under which it is no direction
@@ -26,16 +27,23 @@ class Recorder:
     frame says how long the stretch before it has lasted, so that a crash loses less than a second of input.
     Raises FileExistsError rather than write over a recording."""
 
-    def __init__(self, path: str | Path, stylizer: str | None = None, pace: bool = False) -> None:
+    def __init__(
+        self, path: str | Path, stylizer: str | None = None, pace: bool = False, seed: int | None = None
+    ) -> None:
         """stylizer: the name of the one in use, for whoever plays it; None: the one that is used unless another is
         named. pace: whether the styles of the legs set the pace at the start; a command that says otherwise is written
-        as a change."""
+        as a change. seed: by which its styles are drawn, None where it draws none."""
         self.path = Path(path)
         self.frames = 0
         self._file = open(self.path, "x", encoding="ascii")
         self._last: dict[str, Any] = {"pace": pace}  # what the lines so far say
         self._silent = 0  # frames since the last line
-        self._line(HEADER | ({"stylizer": stylizer} if stylizer else {}) | ({"pace": True} if pace else {}))
+        self._line(
+            HEADER
+            | ({"stylizer": stylizer} if stylizer else {})
+            | ({"pace": True} if pace else {})
+            | ({"seed": seed} if seed else {})
+        )
 
     def write(self, command: Command) -> None:
         """Records the command of the next frame."""
@@ -75,11 +83,13 @@ class Recorder:
 @dataclass(frozen=True)
 class Recording:
     """Recorded commands: iterating yields one a frame. `changes` holds (frame, the command from then on); stylizer is
-    the name of the one that it was made with, None where it does not say."""
+    the name of the one that it was made with, None where it does not say; seed: by which that one's styles were
+    drawn, None for the one it starts with."""
 
     changes: tuple[tuple[int, Command], ...]
     frames: int
     stylizer: str | None = None
+    seed: int | None = None
 
     def __len__(self) -> int:
         return self.frames
@@ -125,7 +135,7 @@ def read(path: str | Path) -> Recording:
         raise ValueError(f"{path}: the recording holds no frames")
     if not ended:
         warnings.warn(f"{path} was cut short: it plays up to its last whole line, {frames / FPS:.1f} s", stacklevel=2)
-    return Recording(tuple(changes.items()), frames, header.get("stylizer"))
+    return Recording(tuple(changes.items()), frames, header.get("stylizer"), header.get("seed"))
 
 
 def _encode(command: Command) -> dict[str, Any]:
@@ -172,6 +182,8 @@ def _header_of(line: bytes) -> dict[str, Any]:
             raise ValueError(f"{name} is {abbreviate(header.get(name))}, but only {HEADER[name]} can be played")
     if not isinstance(stylizer := header.get("stylizer"), str | None):
         raise ValueError(f"stylizer is {abbreviate(stylizer)}, but must be a name")
+    if (seed := header.get("seed")) is not None and (type(seed) is not int or not 0 <= seed < MAX_SEED):
+        raise ValueError(f"seed is {abbreviate(seed)}, but must be a whole number from 0 on")
     return header
 
 

@@ -23,12 +23,13 @@ from sim.retarget.source_skeleton import SourceBody
 FASTEST = 500.0  # metres a second: so far goes a cut between two takes, but no body
 
 
-def load_clip(path: str | Path, name_map: dict[str, str] | None = None) -> Clip:
+def load_clip(path: str | Path, name_map: dict[str, str] | None = None, fps: float | None = None) -> Clip:
     """A BVH file as a clip on our skeleton at 60 fps, standing on a floor at 0; its place and heading are kept.
 
-    name_map: our joint -> theirs (sim.retarget.joint_names.load), found from the names when None. Raises OSError, or
-    ValueError in one sentence, for a file that cannot be read or mapped."""
-    return to_clip(bvh.read(path), path, name_map)
+    name_map: our joint -> theirs (sim.retarget.joint_names.load), found from the names when None. fps: frames a
+    second, believed in place of what the file says. Raises OSError, or ValueError in one sentence, for a file that
+    cannot be read or mapped."""
+    return to_clip(bvh.read(path, fps), path, name_map)
 
 
 def to_clip(motion: bvh.Motion, path: str | Path, name_map: dict[str, str] | None = None) -> Clip:

@@ -2,7 +2,6 @@
 
 Where the live stylizer sees only the past, here every frame is the mean of the windows that see it from all sides."""
 
-from pathlib import Path
 from typing import Mapping, NamedTuple
 
 import numpy as np
@@ -38,6 +37,7 @@ from stylizer.styles.encoding import encode, encode_motion
 from stylizer.styles.joint_tokens import AHEAD
 from stylizer.styles.style_clips import SHORTEST, StyleClips, single_clip
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
+from stylizer.styles.style_names import is_clip
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, interpolate, stack_parts
@@ -80,7 +80,7 @@ def resolve_styles(bank: StyleBank, style: Mapping[str, PartLike]) -> dict[str, 
 
 
 def _style(bank: StyleBank, name: str) -> StyleClips:
-    if name in bank.names or not (name.lower().endswith(".bvh") or Path(name).exists()):
+    if name in bank.names or not is_clip(name):
         return bank[name]
     clip = load_clip(name)
     try:

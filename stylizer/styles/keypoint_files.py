@@ -50,7 +50,7 @@ class Video:
         return ORDERS[next(len(person) for persons in self.frames for person in persons)]
 
 
-def read(path: Path) -> Video:
+def read_video(path: Path) -> Video:
     """The key points in a folder with one file a frame, or in one file.
 
     Raises OSError, or ValueError, in one sentence, for what no detector wrote."""
@@ -73,16 +73,16 @@ def _frames_of_folder(folder: Path) -> Frames:
     """By the last number in each file's name; a number that is not there is a frame that nobody was seen in."""
     files = sorted(folder.glob("*.json"))
     numbers = [_last_number(path.stem) for path in files]
-    if None in numbers or len(set(numbers)) < len(numbers):  # names do not count frames
+    if None in numbers or len(set(numbers)) < len(numbers) or len(files) < 2:  # names do not count frames
         return [_people(path) for path in files]
     by_number = dict(sorted(zip(numbers, files)))
     counts = np.array(list(by_number))
     steps = np.diff(counts)
-    step = int(np.bincount(steps[steps < LARGEST_GAP]).argmax()) if (steps < LARGEST_GAP).any() else 1
-    places = np.concatenate([[0], np.maximum(np.rint(steps / step), 1).cumsum()]).astype(int) if len(files) else []
-    if len(places) and places[-1] > LARGEST_GAP:
+    step = int(np.bincount(steps).argmax()) if steps.max() < LARGEST_GAP else 1
+    places = np.concatenate([[0], np.maximum(np.rint(steps / step), 1).cumsum()]).astype(int)
+    if places[-1] > LARGEST_GAP:
         raise ValueError(f"the file names in {folder} do not count frames: number them one after the other")
-    frames: Frames = [[] for _ in range(int(places[-1]) + 1)] if len(places) else []
+    frames: Frames = [[] for _ in range(int(places[-1]) + 1)]
     for place, path in zip(places, by_number.values()):
         frames[place] = _people(path)
     if missing := len(frames) - len(files):

@@ -40,14 +40,14 @@ SOURCES = {
 HEAD = (("REar", "LEar"), ("Nose",))  # the ears' middle, and where they are not seen the nose
 
 
-def read(path: Path, points: tuple[str, ...], fps: float = 30.0) -> np.ndarray:
+def read_points(path: Path, points: tuple[str, ...], fps: float = 30.0) -> np.ndarray:
     """`points` (frames, n, 2) at 60 Hz in metres about the hips, x to the right of the picture and y up, of the person
     who is in most of the frames, which are `fps` a second. Of a video that nobody is seen in for longer than
     LONGEST_GAP the longest part before or after it is taken, with a warning.
 
     Raises OSError, or ValueError, in one sentence, where a point is never seen or for too long not, or the file is no
     detector's (see stylizer.styles.keypoint_files)."""
-    video = keypoint_files.read(path)
+    video = keypoint_files.read_video(path)
     persons = follow_person(video.frames)
     part = longest_part(persons, LONGEST_GAP * fps)
     if len(persons) - (part.stop - part.start) > LONGEST_GAP * fps:

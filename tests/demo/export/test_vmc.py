@@ -180,3 +180,8 @@ def test_the_window_streams_what_it_shows(screen, receiver):
         places = np.array(list(in_unity(received(receiver)).values()))
         np.testing.assert_allclose(places * [-1, 1, 1], frame.styled.positions, atol=1e-4)
     assert len(frames) == 6
+
+
+def test_an_address_that_nothing_can_be_sent_to_is_refused_at_once():
+    with pytest.raises(ValueError, match="cannot stream to '255.255.255.255'"):
+        vmc.Sender("255.255.255.255")

@@ -66,7 +66,7 @@ def write(folder, *people):
 
 def read_back(folder):
     """Every second frame of 60 Hz, without the ends that smoothing bends."""
-    return keypoints_2d.read(folder, POINTS, FPS)[::2][3:-3]
+    return keypoints_2d.read_points(folder, POINTS, FPS)[::2][3:-3]
 
 
 @pytest.mark.parametrize("order", [BODY_25, COCO_18, COCO_17, HALPE_26, MEDIAPIPE_33])
@@ -98,7 +98,7 @@ def test_one_person_is_followed_among_others(tmp_path):
 
 
 def test_other_frame_rates_become_sixty(tmp_path):
-    found = keypoints_2d.read(write(tmp_path / "points", detected(body(), COCO_18)), POINTS, 25.0)
+    found = keypoints_2d.read_points(write(tmp_path / "points", detected(body(), COCO_18)), POINTS, 25.0)
     assert len(found) == int((FRAMES - 1) / 25 * 60) + 1
 
 
@@ -135,7 +135,7 @@ def test_a_gap_beyond_a_second_parts_the_video_with_a_warning(tmp_path):
     renumber(folder, lambda frame: str(frame + 40 * (frame >= 10)))
     with pytest.warns(UserWarning, match="nobody is seen for over 1 s; 1.3 s are used"), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "40 frames are missing|.*: 40 frames are missing")
-        found = keypoints_2d.read(folder, POINTS, FPS)
+        found = keypoints_2d.read_points(folder, POINTS, FPS)
     assert np.abs(found[::2][3:-3] - body()[13:-3]).max() < 0.01
 
 
@@ -185,7 +185,7 @@ def test_a_file_that_no_detector_wrote_is_refused(tmp_path, text):
     path = tmp_path / "points.json"
     path.write_text(text)
     with pytest.raises(ValueError, match="points.json"):
-        keypoints_2d.read(path, POINTS, FPS)
+        keypoints_2d.read_points(path, POINTS, FPS)
 
 
 @pytest.mark.parametrize(
@@ -213,4 +213,4 @@ def test_what_cannot_be_used_is_said_in_a_sentence(tmp_path, spoil, message):
     spoil(folder, detected(body(), BODY_25))
     with pytest.raises(ValueError, match=message), warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*nobody is seen for over")
-        keypoints_2d.read(folder, POINTS, FPS)
+        keypoints_2d.read_points(folder, POINTS, FPS)
