@@ -1,13 +1,13 @@
 """What is checked before anything is written or believed, and how names stand in a sentence."""
 
 from pathlib import Path
-from typing import Iterable, Sequence
+from typing import Iterable
 
 import numpy as np
 
 from sim.io.bvh_parser import shorten
 
-NAMES_SHOWN = 3  # of a list in a sentence
+NAMES_SHOWN = 3  # of a list in a sentence, unless told otherwise
 
 
 def check_finite(path: str | Path, *arrays: np.ndarray) -> None:
@@ -16,8 +16,7 @@ def check_finite(path: str | Path, *arrays: np.ndarray) -> None:
         raise ValueError(f"{path}: some of its numbers are not finite")
 
 
-def count_names(names: Sequence[str] | Iterable[str]) -> str:
-    """Names as a sentence holds them: the first few, and how many more there are."""
+def count_names(names: Iterable[str], most: int = NAMES_SHOWN) -> str:
+    """Names as a sentence holds them: the first of them, at most so many, and how many more there are."""
     names = list(names)
-    shown = ", ".join(map(shorten, names[:NAMES_SHOWN]))
-    return shown + f" and {len(names) - NAMES_SHOWN} more" * (len(names) > NAMES_SHOWN)
+    return ", ".join(map(shorten, names[:most])) + f" and {len(names) - most} more" * (len(names) > most)

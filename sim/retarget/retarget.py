@@ -16,7 +16,6 @@ from sim.body.skeleton import BETWEEN_HIPS, JOINT_COUNT, JOINTS, PARENTS
 from sim.io import bvh
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
-from sim.retarget import joint_names
 from sim.retarget.axis_alignment import find_alignment
 from sim.retarget.source_skeleton import SourceBody
 
@@ -45,7 +44,7 @@ def to_clip(motion: bvh.Motion, path: str | Path, name_map: dict[str, str] | Non
 def retarget(motion: bvh.Motion, name_map: dict[str, str] | None = None, place: str = "") -> Clip:
     """The motion on our skeleton, Y up, at its own frame rate. Raises ValueError if the skeleton cannot be mapped, or
     moves as no person does; warns, each sentence beginning with `place`, of what had to be mended."""
-    body = SourceBody(motion, joint_names.detect(motion.names) if name_map is None else name_map)
+    body = SourceBody(motion, name_map)
     for note in body.notes:
         warnings.warn(place + note, stacklevel=2)
     motion, constants = body.motion, find_alignment(body)

@@ -16,7 +16,6 @@ from sim.io.bvh_parser import POSITION_ORDER
 from sim.math import rotations as rot
 from sim.math.vectors import UP
 from sim.motion.clip import Clip
-from sim.retarget import joint_names
 from sim.retarget.plausibility import SIDES
 from sim.retarget.source_skeleton import SourceBody, mirrored
 
@@ -29,7 +28,7 @@ def retarget_back(motion: Motion, content: Clip, styled: Clip, name_map: dict[st
 
     Hips and feet move as far as ours do, by leg length, whatever the proportions. Raises ValueError for an unknown
     skeleton."""
-    body = SourceBody(motion, joint_names.detect(motion.names) if name_map is None else name_map)
+    body = SourceBody(motion, name_map)
     motion = body.motion
     turns = rot.multiply(styled.global_rotations(), rot.inverse(content.global_rotations()))
     turns = rot.normalize(_at_their_rate(rot.make_continuous(turns), content.fps, motion))

@@ -5,12 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from sim.io.bvh import Motion
+from sim.io.bvh_parser import shorten
 from sim.math import rotations as rot
 from sim.math.vectors import UP
 from sim.motion.clip import MIRROR_POSITION, MIRROR_QUATERNION
+from sim.retarget import joint_names, joint_shape
 from sim.retarget.outliers import describe, find_outliers, leave_out
 from sim.retarget.plausibility import AXES, SIDES, check_bones, find_up, is_mirrored, walks_on_four
 
+SAID = ("Hips", "Chest", "Head", "LeftUpLeg", "LeftArm")  # of the joints that were found by shape
 SAMPLES = 400  # frames from which a skeleton's constants are measured
 PLANTED_SPEEDS = (0.25, 0.5, 1.0)  # leg lengths a second under which a foot may be planted; the first to find enough
 PLANTED_HEIGHT = 0.06  # leg lengths above the lowest a foot comes
@@ -34,13 +37,15 @@ class SourceBody:
     motion: what was read, with frames replaced that do not belong to it, and mirrored back where it was mirrored;
     notes: a sentence for each of these."""
 
-    def __init__(self, motion: Motion, name_map: dict[str, str]) -> None:
-        """name_map: our joint -> theirs. Raises ValueError where it names joints that the motion does not have, and
-        where the motion is none of a person."""
+    def __init__(self, motion: Motion, name_map: dict[str, str] | None = None) -> None:
+        """name_map: our joint -> theirs; None: found by their names, or else by the skeleton's shape. Raises ValueError
+        where it names joints that the motion does not have, where none are found, and where the motion is none of a
+        person."""
+        self.notes: list[str] = []
+        name_map = name_map or self._find_joints(motion)
         absent = [theirs for theirs in name_map.values() if theirs not in motion.names]
         if absent:
             raise ValueError(f"the joint map names {', '.join(absent)}, which the file does not have")
-        self.notes: list[str] = []
         self.index = {ours: motion.names.index(theirs) for ours, theirs in name_map.items()}
         self._take(motion)
         leg_length = self.leg_length()
@@ -64,6 +69,20 @@ class SourceBody:
             self._turn_up()
         self.sample = np.unique(np.linspace(0, len(self.motion) - 1, SAMPLES).astype(int))
         self.rest = self._rest()
+
+    def _find_joints(self, motion: Motion) -> dict[str, str]:
+        try:
+            return joint_names.detect(motion.names)
+        except ValueError:
+            guess = joint_shape.guess_joints(motion)
+            if guess is None:
+                raise
+        known = ", ".join(f"{ours} is {shorten(guess.name_map[ours])}" for ours in SAID if ours in guess.name_map)
+        self.notes.append(
+            f"its joints were told by the skeleton's shape, {guess.sure:.0%} sure: {known}; "
+            "if that is wrong, say which is which with --map FILE"
+        )
+        return guess.name_map
 
     def _take(self, motion: Motion) -> None:
         self.motion = motion
