@@ -19,7 +19,12 @@ A+B@SHARE goes that share of the way, 0 to 1, from style A to style B."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("content", type=Path, metavar="CONTENT.bvh", help="the motion to restyle")
+    parser.add_argument(
+        "content",
+        type=Path,
+        metavar="CONTENT",
+        help="the motion to restyle: BVH, glTF (.glb, .glb#ANIMATION), or SMPL as AMASS has it (.npz)",
+    )
     parser.add_argument(
         "--style",
         type=_style,
@@ -28,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PART=CLIP_OR_NAME[:STRENGTH]",
         help="a body part or group and its style; once for each",
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.bvh", help="where to write the result")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.bvh|OUT.glb", help="where to write it")
     parser.add_argument(
         "--retarget-back",
         action="store_true",
@@ -69,17 +74,20 @@ def run(args: argparse.Namespace) -> int:
     style = _by_part(args.style)
     if args.output.resolve() == args.content.resolve():
         raise ValueError(f"{args.output} is the content itself: write to another file")
-    check_outputs({"bvh": args.output})
+    kind = "glb" if args.output.suffix.lower() == ".glb" else "bvh"
+    if kind == "glb" and args.retarget_back:
+        raise ValueError("--retarget-back writes the content's own skeleton, as BVH: name the output .bvh")
+    check_outputs({kind: args.output})
     style_names.check_known(style.names, args.stylizer or SHIPPED)
     name_map = joint_names.load(args.map) if args.map else None
 
-    from sim.io import bvh
+    from sim.io import bvh, motion_file
     from sim.retarget.retarget import to_clip
     from stylizer.runtime import catalogue
     from stylizer.runtime.offline import resolve_styles, stylize
 
     start = time.perf_counter()
-    motion = bvh.read(args.content, args.fps)
+    motion = motion_file.read(args.content, args.fps)
     content = to_clip(motion, args.content, name_map)
     bank = catalogue.load_bank(args.stylizer)
     styled = stylize(bank.model, content, resolve_styles(bank, style))
@@ -91,6 +99,11 @@ def run(args: argparse.Namespace) -> int:
         from sim.retarget.retarget_back import retarget_back
 
         bvh.write(args.output, retarget_back(motion, content, styled, name_map))
+    elif kind == "glb":
+        from demo.export import gltf
+        from demo.figure import colours
+
+        gltf.write(args.output, styled, colours.part_colours(style))
     else:
         bvh.write(args.output, styled)
     seconds = len(content) / content.fps

@@ -15,6 +15,7 @@ from typing import Callable, Iterable, Sequence
 import pygame
 
 from demo.state.style_names import movement_names
+from sim.io.motion_file import is_motion
 from sim.motion.clip import Clip
 from sim.protocols import NamedStylizer
 
@@ -88,9 +89,9 @@ class DropImport:
         return files
 
     def _try(self, paths: Sequence[Path]) -> Learned | Refused:
-        wrong = next((path for path in paths if path.suffix.lower() != ".bvh"), None)
+        wrong = next((path for path in paths if not is_motion(path)), None)
         if wrong:
-            return Refused(f"{wrong.name} cannot be a style: drop a motion as a .bvh file")
+            return Refused(f"{wrong.name} cannot be a style: drop a motion as a .bvh, .glb or SMPL .npz file")
         try:
             stylizer = self._stylizer()
             with warnings.catch_warnings(record=True) as caught:

@@ -58,7 +58,7 @@ def guess_joints(motion: Motion) -> Guess | None:
 
 def _longest(children: list[list[int]], lengths: np.ndarray, start: int) -> list[int]:
     """The joints from `start` down to the tip that is farthest along the bones."""
-    reach = {}
+    reach: dict[int, float] = {}
     stack, order = [start], []
     while stack:
         joint = stack.pop()

@@ -13,7 +13,7 @@ import numpy as np
 from sim.body.kinematics import to_local
 from sim.body.limb_ik import LEG_LENGTH
 from sim.body.skeleton import BETWEEN_HIPS, JOINT_COUNT, JOINTS, PARENTS
-from sim.io import bvh
+from sim.io import bvh, motion_file
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
 from sim.retarget.axis_alignment import find_alignment
@@ -23,12 +23,13 @@ FASTEST = 500.0  # metres a second: so far goes a cut between two takes, but no 
 
 
 def load_clip(path: str | Path, name_map: dict[str, str] | None = None, fps: float | None = None) -> Clip:
-    """A BVH file as a clip on our skeleton at 60 fps, standing on a floor at 0; its place and heading are kept.
+    """A BVH, glTF or SMPL file as a clip on our skeleton at 60 fps, standing on a floor at 0; its place and heading are
+    kept.
 
     name_map: our joint -> theirs (sim.retarget.joint_names.load), found from the names when None. fps: frames a
     second, believed in place of what the file says. Raises OSError, or ValueError in one sentence, for a file that
     cannot be read or mapped."""
-    return to_clip(bvh.read(path, fps), path, name_map)
+    return to_clip(motion_file.read(path, fps), path, name_map)
 
 
 def to_clip(motion: bvh.Motion, path: str | Path, name_map: dict[str, str] | None = None) -> Clip:

@@ -7,6 +7,7 @@ from typing import Iterable, Iterator, NamedTuple
 
 from sim.io import tensor_file
 from sim.io.bvh_parser import shorten
+from sim.io.motion_file import is_motion
 from sim.io.provenance import NONCOMMERCIAL, allowed, noncommercial
 from sim.io.user_dirs import data_folder
 
@@ -73,7 +74,7 @@ def check_known(names: Iterable[str], network: str) -> None:
 
 def is_clip(name: str) -> bool:
     """Whether what stands for a style is the path of a clip, and not a name."""
-    return name.lower().endswith(".bvh") or Path(name).exists()
+    return is_motion(name) or Path(name).exists()
 
 
 def unknown_style(name: str, known: Iterable[str], folder: Path = BUNDLED) -> ValueError:
