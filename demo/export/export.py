@@ -46,8 +46,11 @@ def write_video(path: Path, result: Result) -> None:
     """The replay as seen by the demo's camera, as an MP4 or a GIF, by the file's ending."""
     from demo.export import video
 
-    with atomic_write(path) as temporary:
-        video.render(temporary, result.frames, result.latency)
+    try:
+        with atomic_write(path) as temporary:
+            video.render(temporary, result.frames, result.latency)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def write_latency(path: Path, result: Result) -> None:

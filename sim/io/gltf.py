@@ -128,7 +128,7 @@ def _motion(file: _File, name: str | None, fps: float | None) -> Motion:
             (positions if kind == "translation" else rotations)[:, place[joint]] = sampled
     above = [place.get(parents[joint], -1) for joint in joints]
     positions *= _scales(file.nodes, joints, above)[:, None]
-    names = [file.nodes[joint].get("name") or f"node{joint}" for joint in joints]
+    names = [str(file.nodes[joint].get("name") or f"node{joint}") for joint in joints]
     return _in_world_axes(names, above, positions, rotations, [turn for _, turn in rest], fps)
 
 

@@ -76,8 +76,11 @@ class Recorder:
         self.close()
 
     def _line(self, content: dict[str, Any]) -> None:
-        self._file.write(json.dumps(content) + "\n")
-        self._file.flush()
+        try:
+            self._file.write(json.dumps(content) + "\n")
+            self._file.flush()
+        except OSError as error:  # a full disk does not say of which file
+            raise type(error)(error.errno, error.strerror, str(self.path)) from error
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ def read(path: str | Path, fps: float | None = None) -> Motion:
     poses = next((arrays[name] for name in POSES if name in arrays), None)
     if poses is None:
         raise ValueError(f"{path} holds no SMPL poses: it has to have an array '{POSES[0]}', as AMASS's files do")
-    vectors = poses.reshape(len(poses), -1) if poses.ndim > 1 else poses[None]
+    vectors = poses.reshape(len(poses), -1) if poses.ndim > 1 else poses.reshape(1, -1)
     if len(vectors) < 1 or vectors.shape[1] < 3 * len(NAMES):
         raise ValueError(f"{path}: '{POSES[0]}' has to hold {3 * len(NAMES)} numbers or more a frame")
     places = next((arrays[name] for name in PLACES if name in arrays), np.zeros((len(vectors), 3)))

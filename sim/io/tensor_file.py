@@ -10,6 +10,7 @@ from safetensors import safe_open
 from safetensors.numpy import save
 
 from sim.io.atomic_write import atomic_write
+from sim.io.bvh_parser import shorten
 from sim.io.checks import check_finite
 
 Arrays = dict[str, np.ndarray]
@@ -48,7 +49,8 @@ def check_header(path: Path, header: Mapping[str, str], wanted: Mapping[str, str
     """Raises ValueError, ending with the remedy, where a file was made for something else than what is wanted."""
     for key, value in wanted.items():
         if header.get(key) != value:
-            raise ValueError(f"{path} was made for {key} '{header.get(key)}', this version needs '{value}': {remedy}")
+            found = shorten(str(header.get(key)))
+            raise ValueError(f"{path} was made for {key} '{found}', this version needs '{value}': {remedy}")
 
 
 @contextmanager

@@ -83,7 +83,9 @@ class StyleBank:
                 continue
             try:
                 with tensor_file.understanding(path, "add the style again"):
-                    self._styles[path.stem] = read(path)
+                    style = read(path)
+                    style.check_like(self._styles[OWN])
+                self._styles[path.stem] = style
             except (ValueError, OSError) as error:
                 self._left_out.add(path)
                 warnings.warn(

@@ -214,6 +214,24 @@ class StyleClips:
         pieces = mixed.split([int(np.prod(shape)) for shape in shapes.values()], dim=1)
         return {name: flat.unflatten(1, shape).transpose(0, 1) for (name, shape), flat in zip(shapes.items(), pieces)}
 
+    def check_like(self, own: "StyleClips") -> None:
+        """Raises ValueError where what is kept of its clips has other names or shapes than in another style of the same
+        network, as in a damaged file."""
+        clips = len(self.gait.movements)
+        ours, theirs = (
+            {"code": style.features[None]} if isinstance(style.features, Tensor) else style.features
+            for style in (self, own)
+        )
+        for name in ours.keys() | theirs.keys():
+            one, other = ours.get(name), theirs.get(name)
+            if one is None or other is None or one.shape[:1] + one.shape[2:] != other.shape[:1] + other.shape[2:]:
+                raise ValueError(f"'{name}' has another shape than in the own style")
+            if one.shape[1] != clips:
+                raise ValueError(f"'{name}' is kept of {one.shape[1]} clips, but the style has {clips}")
+        for values, wanted in zip(self.gait[1:5], own.gait[1:5]):
+            if values.shape != (clips, *wanted.shape[1:]):
+                raise ValueError("what is known of its gait has another shape than in the own style")
+
     @cached_property
     def _flat(self) -> Tensor:
         """(n, N): each clip's features one after the other, so that clips are interpolated by a single product."""

@@ -1,6 +1,7 @@
 """Recorded input: the contract's example, the round trip, what a crash leaves, a sentence for each kind of bad file."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -284,3 +285,16 @@ def test_a_seed_that_is_none_is_refused(tmp_path, seed):
     path.write_text(json.dumps({"format": "patchwalk-recording", "version": 1, "fps": 60, "seed": seed}) + "\n")
     with pytest.raises(ValueError, match="line 1: seed is"):
         read(path)
+
+
+def test_a_full_disk_names_the_recording(tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    recorder = Recorder(tmp_path / "a.jsonl")
+    with monkeypatch.context() as disk:
+        disk.setattr(recorder, "_file", SimpleNamespace(write=full, flush=lambda: None))
+        with pytest.raises(OSError) as caught:
+            recorder.write(Command())
+    recorder.close()
+    assert caught.value.filename == str(tmp_path / "a.jsonl")
