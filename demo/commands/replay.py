@@ -110,6 +110,8 @@ def play(
     )
     if session.healed:
         warnings.warn(f"{session.healed} frames were not finite, and show the neutral pose", stacklevel=2)
+    if stream:
+        stream.report()
     for kind, path in outputs.items():
         if kind in export.WRITERS:
             export.WRITERS[kind](path, result)

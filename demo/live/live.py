@@ -83,6 +83,8 @@ def run_live(
             live.run(seconds, sleep)
         finally:
             capture.stop_recording(live)
+    if stream:
+        stream.report()
     if live.takes.busy:
         print("Finishing the export.", flush=True)
         if written := live.takes.finished(wait=True):
