@@ -6,11 +6,12 @@ from typing import Mapping
 
 import numpy as np
 
+from sim.io.bvh_parser import shorten
 from sim.math import rotations as rot
 
 Places = Mapping[str, np.ndarray]
 SIDES = ("Left", "Right")
-# Bones by which a body is understood: (start, end), of which "Hips" is the point between the hip joints.
+# Distances by which a body is understood, from joint to joint of ours.
 BONES = [
     *(
         (f"{side}{start}", f"{side}{end}")
@@ -43,7 +44,7 @@ def check_bones(places: Places, leg_length: float, theirs: Mapping[str, str]) ->
     for start, end in BONES:
         length = float(np.median(np.linalg.norm(places[end] - places[start], axis=-1))) / leg_length
         if not BONE_LENGTHS[0] <= length <= BONE_LENGTHS[1]:
-            names = f"'{theirs[start]}' and '{theirs[end]}'"
+            names = f"'{shorten(theirs[start])}' and '{shorten(theirs[end])}'"
             wrong = "lie in one place" if length < 1 else f"lie {length:.0f} leg lengths apart"
             raise ValueError(f"this is no body of a person: its joints {names} {wrong}; look at their OFFSETs")
 
@@ -71,8 +72,10 @@ def find_up(places: Places, leg_length: float) -> str:
     upward = rot.normalize(places["Head"] - feet)
     along = {name: float((upward @ np.array(axis) > ALONG).mean()) for name, axis in AXES.items()}
     up = max(along, key=lambda name: along[name])
-    if along["Y"] >= HARDLY or along[up] <= MOSTLY or up in ("Y", "Z"):
-        return up if along["Y"] < HARDLY and along[up] > MOSTLY else "Y"
+    if along["Y"] >= HARDLY or along[up] <= MOSTLY:
+        return "Y"
+    if up == "Z":
+        return up
     axis = np.array(AXES[up])
     hands = (places["LeftHand"] + places["RightHand"]) / 2
     hang = ((hands - places["Head"]) @ axis < 0).mean() > MOSTLY
