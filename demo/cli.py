@@ -2,11 +2,14 @@
 
 import argparse
 import os
+import re
 import sys
 import traceback
 import warnings
+from collections import Counter
+from contextlib import contextmanager
 from types import ModuleType
-from typing import Any, NoReturn, Sequence
+from typing import Any, Callable, Iterator, NoReturn, Sequence
 
 from demo.commands import bench, doctor, evaluate, keys, live, replay, styles, stylize, train
 from sim.io.provenance import PERMISSIVE
@@ -27,6 +30,8 @@ COMMANDS = {
 PERMISSIVE_OPTION = "--permissive"
 OUR_ERROR, USER_ERROR, INTERRUPTED, BROKEN_PIPE = 1, 2, 130, 141
 LONGEST_LINE = 1000  # letters of a message
+WARNINGS_SHOWN = 3  # of a kind
+_PARTICULARS = re.compile(r"^\S+?(, line \d+)?: |'[^']*' ?|\d[\d.]*(, \d[\d.]*)* ?")
 ADVICE = {
     FileNotFoundError: "check the path",
     NotADirectoryError: "check the path",
@@ -82,8 +87,8 @@ def build_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command line and returns its exit status."""
-    with warnings.catch_warnings():
-        warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+    with warnings.catch_warnings(), _said_warnings() as show:
+        warnings.showwarning = show
         try:
             status = _run(arguments)
             sys.stdout.flush()
@@ -105,6 +110,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _say(_report(error))
             return OUR_ERROR
         return USER_ERROR
+
+
+@contextmanager
+def _said_warnings() -> Iterator[Callable[..., None]]:
+    """Gives what shows a warning: the first few of a kind are said as they come, and of the others at the end how many
+    there were. Of a kind are those that differ in files, names and numbers alone."""
+    kinds: Counter[str] = Counter()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        kind = _PARTICULARS.sub("", str(message))
+        kinds[kind] += 1
+        if kinds[kind] <= WARNINGS_SHOWN:
+            _say(f"warning: {message}")
+
+    try:
+        yield show
+    finally:
+        for kind, count in kinds.items():
+            if count > WARNINGS_SHOWN:
+                _say(f"warning: and {count - WARNINGS_SHOWN} more like it: {kind}")
 
 
 def _run(arguments: Sequence[str] | None) -> int:

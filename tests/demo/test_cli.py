@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from sim.io.provenance import NONCOMMERCIAL
 from sim.style_spec import PartSpec
 from stylizer.styles.bundled_styles import CLIPS, licence_of
 from stylizer.systems.motion_puzzle.config import CONFIGS
+from tests.conftest import fake_session
 
 ROOT = Path(__file__).parents[2]
 GOOD = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
@@ -137,6 +139,22 @@ def test_messages_have_a_length_and_steer_no_terminal(folder, monkeypatch, capsy
     assert len(err) < 1100 and "\x1b" not in err and "\x07" not in err
 
 
+def test_warnings_of_a_kind_are_counted(folder, fake_models, monkeypatch, capsys):
+    def read(path):
+        for number in range(10):
+            warnings.warn(f"{path}{number}.bvh: frame {number}, 7 jumps away", stacklevel=1)
+        warnings.warn("something else", stacklevel=1)
+        raise ValueError("enough")
+
+    monkeypatch.setattr("sim.io.recording.read", read)
+    assert cli.main("replay good.jsonl --headless".split()) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 6 and lines[4:] == [
+        "patchwalk: enough",
+        "patchwalk: warning: and 7 more like it: frame jumps away",
+    ]
+
+
 def test_the_version_is_printed(capsys):
     assert cli.main(["--version"]) == 0 and capsys.readouterr().out.startswith("patchwalk")
 
@@ -166,6 +184,16 @@ def test_a_recordings_stylizer_is_a_name_and_no_path(folder, capsys):
     Path("path.jsonl").write_text(GOOD.replace('"fps": 60', '"fps": 60, "stylizer": "../weights/joints"'))
     assert cli.main("replay path.jsonl --headless".split()) == 2
     assert "is no name of a stylizer" in capsys.readouterr().err
+
+
+def test_a_replay_draws_the_styles_by_the_recordings_seed(folder, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("tests.conftest.FakeStylizer.resample", lambda self, seed=None: drawn.append(seed))
+    monkeypatch.setattr(assemble, "build_session", fake_session)
+    Path("drawn.jsonl").write_text(GOOD.replace('"fps": 60', '"fps": 60, "seed": 3'))
+    for name in ("drawn.jsonl", "good.jsonl"):
+        assert cli.main(f"replay {name} --headless".split()) == 0
+    assert drawn == [3]
 
 
 def test_replay_writes_what_it_says(folder, fake_models, capsys):
