@@ -7,8 +7,9 @@ Two kinds of skeleton are told apart:
   are found from the bones and from left and right. Their axes were meant: a direction close to one is taken to be it.
 For both, the motion says the rest: which way knees and elbows bend, and how the soles lie when they are planted."""
 
+from itertools import permutations, product
+
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from sim.body.skeleton import BONE_OFFSETS, INDEX, JOINTS, PARENTS
 from sim.math import rotations as rot
@@ -30,7 +31,10 @@ LIMBS = [(side + "UpLeg", side + "Leg", side + "Foot", LEFT) for side in SIDES] 
 ]
 
 # The 24 rotations that take axes to axes.
-QUARTER_TURNS = rot.from_scipy(Rotation.create_group("O"))
+_SIGNED = [
+    np.diag(signs) @ np.eye(3)[list(order)] for order in permutations(range(3)) for signs in product((1, -1), repeat=3)
+]
+QUARTER_TURNS = rot.from_matrix(np.array([matrix for matrix in _SIGNED if np.linalg.det(matrix) > 0]))
 
 FIXED_AXIS = 0.98  # the mean axis about which a limb bends is so long, next to 1, if it is a hinge
 LEAST_STRETCH = 0.1  # the range of a bend (a sine) that tells a hinge from an arm held still

@@ -128,6 +128,7 @@ def test_stylize_writes_on_either_skeleton(bank, walk_file, tmp_path, monkeypatc
     from demo import cli
 
     monkeypatch.setattr("stylizer.runtime.catalogue.load_bank", lambda name: bank)
+    monkeypatch.setattr("stylizer.styles.style_names.BUNDLED", bank.bundled)
     for extra in ([], ["--retarget-back"]):
         out = tmp_path / "out.bvh"
         assert (
