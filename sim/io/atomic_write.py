@@ -1,6 +1,8 @@
 """Files that appear whole or not at all: an export replaces an older one only when it is complete."""
 
 import os
+import platform
+import re
 import shutil
 import sys
 import tempfile
@@ -8,7 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Iterator
 
-PREFIX = ".patchwalk-"  # of a temporary folder; then comes the number of the process that writes
+# Of a temporary folder: the machine's name; then comes the number of the process that writes.
+PREFIX = f".patchwalk-{re.sub(r'[^A-Za-z0-9]', '', platform.node())[:20]}-"
 
 
 @contextmanager
@@ -30,7 +33,8 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
 
 
 def _remove_leftovers(folder: Path) -> None:
-    """Removes the temporary folders of processes that are no more: they were killed while they wrote."""
+    """Removes the temporary folders of processes of this machine that are no more: they were killed while they
+    wrote."""
     if sys.platform == "win32":  # where nobody can be asked whether he lives without being ended
         return
     for left in folder.glob(f"{PREFIX}[0-9]*-*"):

@@ -63,9 +63,10 @@ def walks_on_four(places: Places, leg_length: float) -> bool:
     return bool((across & alike & level).mean() > MOSTLY)
 
 
-def find_up(places: Places, leg_length: float) -> str:
-    """The key of AXES along which the body stands. Y and Z are believed from its bearing; along another one the hands
-    have to hang under the head, and across X and -Z it has to walk, for else it may as well lie.
+def find_up(places: Places, leg_length: float) -> tuple[str, str]:
+    """The key of AXES along which the body stands, and a note where that is neither Y nor Z. Those two are believed
+    from its bearing; along another one the hands have to hang under the head, and across X and -Z it has to walk, for
+    else it may as well lie.
 
     A body that lies with its head to +Z throughout would be taken for standing: the two look the same."""
     feet = (places["LeftFoot"] + places["RightFoot"]) / 2
@@ -73,15 +74,18 @@ def find_up(places: Places, leg_length: float) -> str:
     along = {name: float((upward @ np.array(axis) > ALONG).mean()) for name, axis in AXES.items()}
     up = max(along, key=lambda name: along[name])
     if along["Y"] >= HARDLY or along[up] <= MOSTLY:
-        return "Y"
+        return "Y", ""
     if up == "Z":
-        return up
+        return up, ""
     axis = np.array(AXES[up])
     hands = (places["LeftHand"] + places["RightHand"]) / 2
     hang = ((hands - places["Head"]) @ axis < 0).mean() > MOSTLY
     hips = places["LeftUpLeg"] * (1 - np.abs(axis))
     walks = np.ptp(hips, axis=0).max() > TRAVEL * leg_length
-    return up if hang and (walks or up == "-Y") else "Y"
+    if hang and (walks or up == "-Y"):
+        return up, f"it stands along {up}, and was turned upright"
+    bearing = "hangs head down" if up == "-Y" else f"lies along {up}"
+    return "Y", f"it {bearing} throughout, and was left so; if {up} is up in the file, export it with Y up"
 
 
 def is_mirrored(places: Places) -> bool:

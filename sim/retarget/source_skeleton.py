@@ -56,10 +56,9 @@ class SourceBody:
         check_bones(self._places(), leg_length, name_map)
         if walks_on_four(self._places(), leg_length):
             raise ValueError("four feet carry this body: it is an animal's, and only people can be restyled")
-        up = find_up(self._places(), leg_length)
+        up, note = find_up(self._places(), leg_length)
         self.turn = rot.between(np.array(AXES[up]), UP)  # from the file's axes to ours
-        if up not in ("Y", "Z"):
-            self.notes.append(f"it stands along {up}, and was turned upright")
+        self.notes += [note] if note else []
         self._turn_up()
         self.mirrored = is_mirrored(self._places())
         if self.mirrored:
