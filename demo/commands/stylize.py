@@ -2,6 +2,7 @@
 
 import argparse
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Iterable
 
@@ -88,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
 
     start = time.perf_counter()
     motion = motion_file.read(args.content, args.fps)
-    content = to_clip(motion, args.content, name_map)
+    content = replace(to_clip(motion, args.content, name_map), name=str(args.content))  # as messages name it
     bank = catalogue.load_bank(args.stylizer)
     styled = stylize(bank.model, content, resolve_styles(bank, style))
     if args.global_motion:

@@ -66,4 +66,7 @@ def describe(outliers: np.ndarray) -> str:
     runs = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
     names = [str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
     more = f" and {len(names) - 5} more" * (len(names) > 5)
-    return f"frame {', '.join(names[:5])}{more} jumps away from the motion beside it and was left out"
+    which = f"{', '.join(names[:5])}{more}"
+    if len(frames) == 1:
+        return f"frame {which} jumps away from the motion beside it and was left out"
+    return f"frames {which} jump away from the motion beside them and were left out"

@@ -96,7 +96,8 @@ def stylize(model: Network, content: Clip, style: Mapping[str, ResolvedStyle]) -
     Raises ValueError for a clip of a few frames."""
     if len(content) < SHORTEST_CONTENT:
         raise ValueError(
-            f"{content.name} is too short to restyle: give at least {SHORTEST_CONTENT} frames at {FPS} a second"
+            f"{content.name or 'the clip'} is too short to restyle ({len(content)} frames): "
+            f"give at least {SHORTEST_CONTENT} frames at {FPS} a second"
         )
     strengths = np.array([style[part].strength if part in style else 0.0 for part in PART_NAMES])
     return (

@@ -274,9 +274,9 @@ def spoiled(frames: int = 60) -> tuple[Clip, bvh.Motion]:
     "where, named, left",
     [
         (slice(0, 1), "frame 1 jumps", slice(1, None)),
-        (slice(0, 4), "frame 1 to 4 jumps", slice(4, None)),
+        (slice(0, 4), "frames 1 to 4 jump", slice(4, None)),
         (slice(-1, None), "frame 60 jumps", slice(0, -1)),
-        (slice(20, 22), "frame 21 to 22 jumps", slice(None)),
+        (slice(20, 22), "frames 21 to 22 jump", slice(None)),
     ],
 )
 def test_zeroed_frames_are_left_out_with_a_warning_that_names_them(where, named, left):
@@ -290,7 +290,7 @@ def test_zeroed_frames_are_left_out_with_a_warning_that_names_them(where, named,
 def test_spikes_of_the_root_are_left_out():
     clip, motion = spoiled()
     motion.positions[[10, 30, 31, 50], 0] += np.array([[1e5], [3e3], [-9e3], [1e6]])
-    with pytest.warns(UserWarning, match="frame 11, 31 to 32, 51 jumps"):
+    with pytest.warns(UserWarning, match="frames 11, 31 to 32, 51 jump"):
         assert np.abs(retarget(motion).positions() - clip.positions()).max() < 0.01
 
 
