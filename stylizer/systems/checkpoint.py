@@ -67,9 +67,8 @@ def read(path: Path, may_be_nan: tuple[str, ...] = ()) -> tuple[dict[str, str], 
 
 def _system(path: Path, header: dict[str, str]) -> System:
     if header.get("model") not in SYSTEMS:
-        raise ValueError(
-            f"{path} was made for model '{header.get('model')}', not one of {', '.join(SYSTEMS)}: train again"
-        )
+        found = shorten(str(header.get("model")))
+        raise ValueError(f"{path} was made for model '{found}', not one of {', '.join(SYSTEMS)}: train again")
     return SYSTEMS[header["model"]]
 
 
