@@ -88,7 +88,8 @@ class Session(Generic[S]):
             with stage("stylizer"):
                 styled = self.stylizer.step(window, neutral, command.style, pace.travel)
             with stage("foot_lock"):
-                styled = self.foot_lock.step(styled, neutral, self.stylizer.leg_strengths(), command.pace)
+                if styled.is_finite():
+                    styled = self.foot_lock.step(styled, neutral, self.stylizer.leg_strengths(), command.pace)
             if not styled.is_finite():
                 styled = self._heal(neutral)
         return Frame(command, neutral, styled)
