@@ -2,13 +2,18 @@
 
 import argparse
 import os
+import re
 import sys
+import traceback
 import warnings
+from collections import Counter
+from contextlib import contextmanager
 from types import ModuleType
-from typing import Any, NoReturn, Sequence
+from typing import Any, Callable, Iterator, NoReturn, Sequence
 
 from demo.commands import bench, doctor, evaluate, keys, live, replay, styles, stylize, train
 from sim.io.provenance import PERMISSIVE
+from sim.io.user_dirs import cache_folder
 
 # Each module has HELP (one line), EXAMPLE, add_arguments(parser) and run(args) -> exit status; what is heavy it imports
 # inside run, so that --help and a mistyped word are answered at once.
@@ -23,7 +28,10 @@ COMMANDS = {
     "doctor": doctor,
 }
 PERMISSIVE_OPTION = "--permissive"
-USER_ERROR, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
+OUR_ERROR, USER_ERROR, INTERRUPTED, BROKEN_PIPE = 1, 2, 130, 141
+LONGEST_LINE = 1000  # letters of a message
+WARNINGS_SHOWN = 3  # of a kind
+_PARTICULARS = re.compile(r"^\S+?(, line \d+)?: |'[^']*' ?|\d[\d.]*(, \d[\d.]*)* ?")
 ADVICE = {
     FileNotFoundError: "check the path",
     NotADirectoryError: "check the path",
@@ -41,10 +49,27 @@ class _Parser(argparse.ArgumentParser):
         raise ValueError(f"{message}; see {self.prog} --help")
 
 
+class _Version(argparse.Action):
+    """Prints the version that is installed, which is looked up when it is asked for."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, **options: Any) -> None:
+        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, **options)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object, **__: object) -> NoReturn:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            print(f"patchwalk {version('patchwalk')}")
+        except PackageNotFoundError:  # run from a folder that is not installed
+            print("patchwalk, not installed: its version is in pyproject.toml")
+        parser.exit()
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the live window and of every command in the table; its result's `run` is the chosen one's."""
     parser = _Parser(prog="patchwalk", **_texts(live))
     live.add_arguments(parser)
+    parser.add_argument("--version", action=_Version, help="print the version")
     parser.set_defaults(run=live.run)
     _add_permissive(parser)
     before = {action.dest for action in parser._actions if action.default is None}
@@ -62,8 +87,8 @@ def build_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command line and returns its exit status."""
-    with warnings.catch_warnings():
-        warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+    with warnings.catch_warnings(), _said_warnings() as show:
+        warnings.showwarning = show
         try:
             status = _run(arguments)
             sys.stdout.flush()
@@ -81,7 +106,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _say(_sentence(error))
         except ValueError as error:
             _say(str(error))
+        except Exception as error:  # a mistake of ours: a sentence for the user, all the rest for who mends it
+            _say(_report(error))
+            return OUR_ERROR
         return USER_ERROR
+
+
+@contextmanager
+def _said_warnings() -> Iterator[Callable[..., None]]:
+    """Gives what shows a warning: the first few of a kind are said as they come, and of the others at the end how many
+    there were. Of a kind are those that differ in files, names and numbers alone."""
+    kinds: Counter[str] = Counter()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        kind = _PARTICULARS.sub("", str(message))
+        kinds[kind] += 1
+        if kinds[kind] <= WARNINGS_SHOWN:
+            _say(f"warning: {message}")
+
+    try:
+        yield show
+    finally:
+        for kind, count in kinds.items():
+            if count > WARNINGS_SHOWN:
+                _say(f"warning: and {count - WARNINGS_SHOWN} more like it: {kind}")
 
 
 def _run(arguments: Sequence[str] | None) -> int:
@@ -121,6 +169,19 @@ def _sentence(error: OSError) -> str:
     return f"{error.filename}: {error.strerror}; {ADVICE.get(type(error), 'try another place')}"
 
 
+def _report(error: Exception) -> str:
+    """Keeps the traceback in a file; says what happened, where that file is, and whom to tell."""
+    file = cache_folder() / "error.log"
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
+        kept = f"please report it where you have Patchwalk from, with {file}"
+    except OSError:
+        kept = "please report it where you have Patchwalk from"
+    return f"a mistake in Patchwalk ({type(error).__name__}: {str(error)[:200]}); {kept}"
+
+
 def _say(message: str) -> None:
-    """One line on stderr, whatever the message holds."""
-    print("patchwalk:", " ".join(message.split()), file=sys.stderr)
+    """One line on stderr, of a length that can be read, whatever the message holds: nothing in it steers a terminal."""
+    line = " ".join("".join(letter if letter.isprintable() or letter.isspace() else "?" for letter in message).split())
+    print("patchwalk:", line if len(line) <= LONGEST_LINE else f"{line[:LONGEST_LINE]} ...", file=sys.stderr)

@@ -103,8 +103,13 @@ class NamedStylizer(Stylizer, Protocol):
     def noncommercial(self) -> tuple[str, ...]:
         """The styles that are for non-commercial use only."""
 
-    def resample(self) -> None:
-        """Samples the styles that come from a prior again. Raises ValueError where it has none."""
+    @property
+    def seed(self) -> int | None:
+        """By which the styles that come from a prior are sampled; None where there are none."""
+
+    def resample(self, seed: int | None = None) -> None:
+        """Samples the styles that come from a prior again, by a seed or by the next one. Raises ValueError where it has
+        none."""
 
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         """(content samples, style samples) of a body part's attention map. Raises ValueError where it has none."""

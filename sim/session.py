@@ -49,6 +49,7 @@ class Session(Generic[S]):
         self.controller = controller
         self.stylizer = stylizer
         self.latency = latency or Latency()
+        self.healed = 0  # frames that were not finite, of which the neutral pose is shown
         self.ground = ground
         controller.stand_on(ground)
         self._begin()
@@ -99,8 +100,23 @@ class Session(Generic[S]):
             with stage("stylizer"):
                 styled = self.stylizer.step(window, neutral, command.style, pace.travel)
             with stage("foot_lock"):
-                styled = self.foot_lock.step(styled, neutral, self.stylizer.leg_strengths(), command.pace)
+                if styled.is_finite():
+                    styled = self.foot_lock.step(styled, neutral, self.stylizer.leg_strengths(), command.pace)
+            if not styled.is_finite():
+                styled = self._heal(neutral)
         return Frame(command, neutral, styled)
+
+    def _heal(self, neutral: Pose) -> Pose:
+        """In place of a styled pose that is not finite: the neutral one, with styling begun anew.
+
+        Raises ValueError where the neutral pose itself is not finite; the session has then been restarted."""
+        self.healed += 1
+        if not neutral.is_finite():
+            self.restart()
+            raise ValueError("the controller's motion is not finite: it was put back at the start; reinstall Patchwalk")
+        self.stylizer.restart()
+        self._begin()
+        return neutral
 
     def _pace(self, command: Command | Commands) -> Pace:
         """The pace of this frame. The root goes as far as the strides of the last frame carry it; where the command

@@ -44,7 +44,7 @@ class FakeController:
 class FakeStylizer:
     """Turns every joint of a restyled part by half its strength in radians."""
 
-    name, styles, noncommercial, own_of = "joints", ("old", "proud"), ("old",), None
+    name, styles, noncommercial, own_of, seed = "joints", ("old", "proud"), ("old",), None, None
 
     def movements(self, style) -> tuple[str, ...]:
         if style not in CLIPS:
@@ -70,7 +70,7 @@ class FakeStylizer:
     def crowd(self, count) -> "FakeCrowd":
         return FakeCrowd([FakeStylizer() for _ in range(count)])
 
-    def resample(self) -> None:
+    def resample(self, seed=None) -> None:
         raise ValueError("this stylizer samples no styles")
 
     def attention(self, window, part) -> np.ndarray:

@@ -29,8 +29,9 @@ def load(name: str = MODEL, folder: Path = FOLDER) -> PhaseFunctionedNetwork:
         raise ValueError(f"no controller weights at {path}: reinstall Patchwalk or run 'patchwalk train controller'")
     header, arrays = tensor_file.read(path)
     tensor_file.check_header(path, header, _expected(), "train again")
-    network = PhaseFunctionedNetwork(int(header["hidden"]))
-    network.load_state_dict({key: torch.from_numpy(array).float() for key, array in arrays.items()})
+    with tensor_file.understanding(path, "reinstall, or train again"):
+        network = PhaseFunctionedNetwork(int(header["hidden"]))
+        network.load_state_dict({key: torch.from_numpy(array).float() for key, array in arrays.items()})
     return network.eval()
 
 

@@ -33,7 +33,7 @@ POSE_NOISE = 0.1  # standard deviations, on the pose a rollout starts from
 TRAJECTORY_NOISE = 0.02  # metres and direction units: the stick's wish is never quite a real future
 STARTED = 0.3  # share of the schedule that weights to start from have behind them
 HALF_PRECISION_UNTIL = 0.8  # share of the time that runs in bf16 where the chip multiplies it faster
-CHECKPOINT_SECONDS = 180
+FIRST_CHECKPOINT, CHECKPOINT_SECONDS = 30, 180  # of training, until the first one and between two
 
 
 def train(
@@ -77,7 +77,7 @@ def _run(trainer: "Trainer", out_dir: Path, data_dir: Path, minutes: float, star
             bar.n = min(round(trainer.spent), bar.total)
             bar.set_postfix_str(" ".join(f"{name} {value:.3f}" for name, value in losses.items()))
             bar.update(0)
-            if trainer.spent - saved > CHECKPOINT_SECONDS or trainer.spent >= budget:
+            if trainer.spent - saved > (CHECKPOINT_SECONDS if saved else FIRST_CHECKPOINT) or trainer.spent >= budget:
                 saved = trainer.spent
                 trainer.log(curve)
                 trainer.keep(checkpoint)

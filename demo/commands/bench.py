@@ -5,6 +5,8 @@ import json
 from pathlib import Path
 from typing import Callable
 
+from sim.io.text_files import read_json
+
 HELP = "time every stage of a frame on this machine, beside the paper's networks and the machine's own speed"
 EXAMPLE = """patchwalk bench --seconds 20 --json bench.json --plot bench.png
   patchwalk bench --seconds 600    ten minutes: also whether memory grows and the last minute is as quick as the first
@@ -115,7 +117,7 @@ def _rows(path: Path, plot: Path | None) -> list[dict]:
     if plot is None:
         raise ValueError("--quality is drawn: say where with --plot OUT.png")
     try:
-        rows = json.loads(path.read_text(encoding="utf-8"))["rows"]
+        rows = read_json(path)["rows"]
         rows = [row for row in rows if row["model"] and row["mode"]]
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(

@@ -88,10 +88,9 @@ def _offscreen() -> str:
 
 
 def _gamepads() -> str:
-    import pygame
+    from demo.input.devices import gamepad_names
 
-    pygame.joystick.init()
-    names = [pygame.joystick.Joystick(i).get_name() for i in range(pygame.joystick.get_count())]
+    names = gamepad_names()
     if not names:
         raise ValueError("plug one in at any time; the keyboard does everything too")
     return ", ".join(names)

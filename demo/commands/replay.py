@@ -3,8 +3,13 @@
 import argparse
 import sys
 import time
+import warnings
+from contextlib import ExitStack
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Iterable, Mapping
+from typing import TYPE_CHECKING, Iterable, Iterator, Mapping
+
+from sim.io.provenance import SHIPPED
 
 if TYPE_CHECKING:
     from demo.export.vmc import Sender
@@ -84,40 +89,60 @@ def play(
     says on stdout what came of it."""
     from demo import STARTED, assemble
     from demo.export import export
+    from sim.io import poses_npz
     from sim.motion.clip import FPS
+    from stylizer.styles import style_names
 
+    export.check_length(name, len(recorded), outputs)
+    style_names.check_known(recorded.styles, stylizer or SHIPPED)
     session = assemble.build_session(stylizer, ground=ground)
     for style in recorded.styles:
         session.stylizer.movements(style)  # raises for one that is not there, before anything is played
+    if recorded.seed:
+        session.stylizer.resample(recorded.seed)
     startup_s = time.perf_counter() - STARTED
-    frames = (_watched(session, recorded, stream) if window else None) or _stepped(session, recorded, stream)
-    result = export.Result(frames, session.latency, startup_s, ground)
+    kept: list[Frame] = []  # no more than is written of them: a day's frames fit into no memory
+    with ExitStack() as files:
+        takers = [kept.append] if outputs.keys() & export.WHOLE else []
+        if "poses" in outputs:
+            takers.append(files.enter_context(poses_npz.writer(outputs["poses"])))
+        shown = _watched(session, recorded) if window else None
+        for frame in _sent(shown or _stepped(session, recorded), stream):
+            for take in takers:
+                take(frame)
+    result = export.Result(kept, session.latency, startup_s, ground)
     report = session.latency.report()
+    count = len(recorded)
     print(
-        f"{name}: {len(frames)} frames, {len(frames) / FPS:.1f} s; a frame took {report['frame']['p50_ms']:.2f} ms "
+        f"{name}: {count} frames, {count / FPS:.1f} s; a frame took {report['frame']['p50_ms']:.2f} ms "
         f"at the median, {report['missed_60hz']} took over 16.67 ms",
         flush=True,
     )
+    if session.healed:
+        warnings.warn(f"{session.healed} frames were not finite, and show the neutral pose", stacklevel=2)
+    if stream:
+        stream.report()
     for kind, path in outputs.items():
-        export.WRITERS[kind](path, result)
+        if kind in export.WRITERS:
+            export.WRITERS[kind](path, result)
         print(f"wrote {path}", flush=True)
 
 
-def _stepped(session: "Session", recorded: "Recording", stream: "Sender | None") -> "list[Frame]":
+def _stepped(session: "Session", recorded: "Recording") -> "Iterator[Frame]":
     from tqdm import tqdm
 
     with tqdm(recorded, "replay", unit="frame", leave=False, disable=not sys.stderr.isatty()) as commands:
-        return _sent(map(session.step, commands), stream)
+        yield from map(session.step, commands)
 
 
-def _sent(frames: "Iterable[Frame]", stream: "Sender | None") -> "list[Frame]":
+def _sent(frames: "Iterable[Frame]", stream: "Sender | None") -> "Iterable[Frame]":
     from demo.export import vmc
 
-    return list(vmc.stream(frames, stream) if stream else frames)
+    return vmc.stream(frames, stream) if stream else frames
 
 
-def _watched(session: "Session", recorded: "Recording", stream: "Sender | None") -> "list[Frame] | None":
-    """The frames, once shown; None, before the first step, where no window can be opened."""
+def _watched(session: "Session", recorded: "Recording") -> "Iterable[Frame] | None":
+    """The frames, each as it is shown; None, before the first step, where no window can be opened."""
     from demo.render.window import NoDisplay, NoGL, has_display
 
     if not has_display():
@@ -125,8 +150,10 @@ def _watched(session: "Session", recorded: "Recording", stream: "Sender | None")
         return None
     from demo.live.replay_window import watch
 
+    frames = watch(session, recorded)
     try:
-        return _sent(watch(session, recorded), stream)
+        first = next(frames, None)
     except (NoDisplay, NoGL) as error:
         print(f"No window ({error}): replaying headless.")
         return None
+    return frames if first is None else chain([first], frames)

@@ -1,23 +1,28 @@
 """`patchwalk styles`: the styles that there are, and adding the user's own."""
 
 import argparse
+import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Iterator
 
 from demo.commands.replay import STYLIZER_HELP
+from sim.io.provenance import SHIPPED
 
 if TYPE_CHECKING:
     from stylizer.styles.bank import StyleBank
+    from stylizer.styles.style_names import StyleEntry
+
+POINTS_FPS = 30.0  # of key points, unless told otherwise
 
 HELP = "list the styles, add one from BVH files or from a video's key points, remove it, or capture the own style anew"
 EXAMPLE = """patchwalk styles add limp.bvh --name limp
   patchwalk styles add walk.bvh run.bvh --name limp
   patchwalk styles add key_points/ --name limp --stylizer unpaired --fps 25
 
-A folder of key points holds one .json a frame, as OpenPose's --write_json makes them, in the BODY_25 or the COCO order.
-Several BVH files make one style, which knows each movement that they show: walking, running, backing, strafing,
-turning, standing. So does one long file that walks and runs. A style from BVH files is there for every stylizer, one
-from key points for unpaired."""
+Key points are a folder with one .json a frame, as OpenPose's --write_json makes it, AlphaPose's results, or MediaPipe's
+landmarks: one .json with "width", "height" and "frames", each with "pose_landmarks". Several BVH files make one style,
+which knows each movement that they show: walking, running, backing, strafing, turning, standing. So does one long file
+that walks and runs. A style from BVH files is there for every stylizer, one from key points for unpaired."""
 
 CAPTURE = """Restyling changes the controller's motion by what sets a style apart from the own style, which therefore
 has to be the motion of the very controller that runs. This captures it (standing, walking, running, backing,
@@ -42,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="+",
         metavar="CLIP.bvh|DIR",
-        help="a few seconds of moving in that style, in one file or several, or a folder of OpenPose key points",
+        help="a few seconds of moving in that style, in one file or several, or a video's key points",
     )
     add.add_argument("--name", required=True, help="what to call it")
     add.add_argument(
@@ -51,7 +56,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help='JSON {"our joint": "theirs", ...}, for a skeleton that is not recognised by its names',
     )
-    add.add_argument("--fps", type=float, default=30.0, help="frames a second of the key points (default: 30)")
+    add.add_argument(
+        "--fps",
+        type=float,
+        help="frames a second, where a BVH file says none that can be, or of key points (default: 30)",
+    )
     remove = actions.add_parser(
         "remove", help="forget a style of your own", epilog="example:\n  patchwalk styles remove limp", **options
     )
@@ -74,52 +83,82 @@ def run(args: argparse.Namespace) -> int:
     if args.action == "capture":
         print(capture(args.out))
         return 0
-    from stylizer.runtime import catalogue
-
-    bank = catalogue.load_bank(args.stylizer)
-    if args.action == "add":
-        _add(bank, args)
-    elif args.action == "remove":
-        bank.remove(args.name)
-        print(f"removed {args.name}")
+    if args.action == "remove":
+        _remove(args.name)
+    elif args.action == "list":
+        _list(args.stylizer)
     else:
-        _list(bank)
+        from stylizer.runtime import catalogue
+
+        _add(catalogue.load_bank(args.stylizer), args)
     return 0
 
 
 def _add(bank: "StyleBank", args: argparse.Namespace) -> None:
     """Learns a style and says which seconds of which file show what."""
+    from sim.io import bvh
     from sim.retarget import joint_names
     from stylizer.styles.code_bank import CodeBank
+    from stylizer.styles.keypoint_files import is_one_file
 
-    folder = next((path for path in args.clips if path.is_dir()), None)
-    if folder is None:
+    bvh.check_fps(args.fps)
+    points = next((path for path in args.clips if path.is_dir() or is_one_file(path)), None)
+    if points is None:
         name_map = joint_names.load(args.map) if args.map else None
-        taken = bank.add(args.name, *args.clips, name_map=name_map).taken
+        taken = bank.add(args.name, *args.clips, name_map=name_map, fps=args.fps).taken
         print(f"added {args.name}", *taken, sep="\n")
         return
     if not (isinstance(bank, CodeBank) and bank.system.reads_key_points):
-        raise ValueError(f"{folder} is a folder: key points of a video are read with --stylizer unpaired")
+        raise ValueError(f"{points} holds no BVH file: key points of a video are read with --stylizer unpaired")
     if len(args.clips) > 1:
-        raise ValueError(f"{folder} is a folder: key points make a style by themselves, so name it alone")
-    if not 1 <= args.fps <= 1000:
-        raise ValueError(f"--fps {args.fps:g} is no frame rate: give that of the video, such as 25 or 30")
-    bank.add_points(folder, args.name, args.fps)
+        raise ValueError(f"{points} holds key points, which make a style by themselves: name it alone")
+    bank.add_points(points, args.name, args.fps or POINTS_FPS)
     print(f"added {args.name}")
 
 
-def _list(bank: "StyleBank") -> None:
-    """A name a line, what is known of how that style moves, and which are for non-commercial use."""
+def _remove(name: str) -> None:
+    """Forgets a style of the user's by its file. Raises ValueError where there is none."""
+    from stylizer.styles import style_names
+
+    if not style_names.remove(name, style_names.user_folder()):
+        known = style_names.style_files(SHIPPED)
+        if name not in known:
+            raise style_names.unknown_style(name, known)
+        raise ValueError(f"'{name}' comes with Patchwalk and cannot be removed: only styles that you added can")
+    print(f"removed {name}")
+
+
+def _list(stylizer: str | None) -> None:
+    """A name a line, what is known of how that style moves, and which are for non-commercial use; a warning for each
+    file that cannot be used."""
     from demo.state.style_names import movement_names
     from sim.io.provenance import NONCOMMERCIAL
-    from stylizer.styles.code_bank import UNKNOWN_GAIT
+    from stylizer.styles import style_names
 
-    gaits = {name: bank[name].gait for name in bank.names}
-    width = max(map(len, gaits))
-    for name, gait in gaits.items():
-        known = "" if gait is UNKNOWN_GAIT else ", ".join(movement_names(gait.movements))
-        mark = f"  ({NONCOMMERCIAL} use only)" if bank.is_noncommercial(name) else ""
-        print(f"{name:<{width}}  {known}{mark}".rstrip())
+    network = stylizer or SHIPPED
+    entries = style_names.style_entries(network) if style_names.has_own_files(network) else _entries_of_codes(network)
+    shown = []
+    for entry in entries:
+        if isinstance(entry, str):
+            warnings.warn(entry, stacklevel=2)
+        else:
+            shown.append(entry)
+    width = max((len(entry.name) for entry in shown), default=0)
+    for name, movements, noncommercial in shown:
+        mark = f"  ({NONCOMMERCIAL} use only)" if noncommercial else ""
+        print(f"{name:<{width}}  {', '.join(movement_names(movements))}{mark}".rstrip())
+
+
+def _entries_of_codes(network: str) -> "Iterator[StyleEntry]":
+    """The styles of a network whose codes lie in one file, and which it may sample too: told by its bank."""
+    from stylizer.runtime import catalogue
+    from stylizer.styles.code_bank import UNKNOWN_GAIT
+    from stylizer.styles.style_names import StyleEntry
+
+    bank = catalogue.load_bank(network)
+    for name in bank.names:
+        gait = bank[name].gait
+        yield StyleEntry(name, () if gait is UNKNOWN_GAIT else gait.movements, bank.is_noncommercial(name))
 
 
 def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:
@@ -129,7 +168,7 @@ def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:
     from controller.model import checkpoint
     from controller.runtime.controller import PhaseFunctionedController
     from stylizer.styles import own_style
-    from stylizer.styles.bank import BUNDLED
+    from stylizer.styles.style_names import BUNDLED
     from stylizer.training import build_styles
 
     out, folder = out or BUNDLED, weights_folder or checkpoint.FOLDER

@@ -2,10 +2,12 @@
 
 import argparse
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Iterable
 
 from demo.commands.replay import STYLIZER_HELP
+from sim.io.provenance import SHIPPED
 from sim.style_spec import PartSpec, StyleSpec
 
 HELP = "restyle a BVH file, body part by body part"
@@ -18,7 +20,12 @@ A+B@SHARE goes that share of the way, 0 to 1, from style A to style B."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("content", type=Path, metavar="CONTENT.bvh", help="the motion to restyle")
+    parser.add_argument(
+        "content",
+        type=Path,
+        metavar="CONTENT",
+        help="the motion to restyle: BVH, glTF (.glb, .glb#ANIMATION), or SMPL as AMASS has it (.npz)",
+    )
     parser.add_argument(
         "--style",
         type=_style,
@@ -27,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PART=CLIP_OR_NAME[:STRENGTH]",
         help="a body part or group and its style; once for each",
     )
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.bvh", help="where to write the result")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.bvh|OUT.glb", help="where to write it")
     parser.add_argument(
         "--retarget-back",
         action="store_true",
@@ -38,6 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help='JSON {"our joint": "theirs", ...}, for a content skeleton that is not recognised by its names',
+    )
+    parser.add_argument(
+        "--fps", type=float, help="frames a second of the content, believed in place of what its file says"
     )
     parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
     parser.add_argument(
@@ -60,20 +70,26 @@ def _style(text: str) -> tuple[tuple[str, ...], PartSpec]:
 def run(args: argparse.Namespace) -> int:
     from demo.export.export import check_outputs
     from sim.retarget import joint_names
+    from stylizer.styles import style_names
 
     style = _by_part(args.style)
     if args.output.resolve() == args.content.resolve():
         raise ValueError(f"{args.output} is the content itself: write to another file")
-    check_outputs({"bvh": args.output})
+    kind = "glb" if args.output.suffix.lower() == ".glb" else "bvh"
+    if kind == "glb" and args.retarget_back:
+        raise ValueError("--retarget-back writes the content's own skeleton, as BVH: name the output .bvh")
+    check_outputs({kind: args.output})
+    style_names.check_known(style.names, args.stylizer or SHIPPED)
     name_map = joint_names.load(args.map) if args.map else None
 
-    from sim.io import bvh
-    from sim.retarget.retarget import load_clip
+    from sim.io import bvh, motion_file
+    from sim.retarget.retarget import to_clip
     from stylizer.runtime import catalogue
     from stylizer.runtime.offline import resolve_styles, stylize
 
     start = time.perf_counter()
-    content = load_clip(args.content, name_map)
+    motion = motion_file.read(args.content, args.fps)
+    content = replace(to_clip(motion, args.content, name_map), name=str(args.content))  # as messages name it
     bank = catalogue.load_bank(args.stylizer)
     styled = stylize(bank.model, content, resolve_styles(bank, style))
     if args.global_motion:
@@ -83,7 +99,12 @@ def run(args: argparse.Namespace) -> int:
     if args.retarget_back:
         from sim.retarget.retarget_back import retarget_back
 
-        bvh.write(args.output, retarget_back(bvh.read(args.content), content, styled, name_map))
+        bvh.write(args.output, retarget_back(motion, content, styled, name_map))
+    elif kind == "glb":
+        from demo.export import gltf
+        from demo.figure import colours
+
+        gltf.write(args.output, styled, colours.part_colours(style))
     else:
         bvh.write(args.output, styled)
     seconds = len(content) / content.fps

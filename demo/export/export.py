@@ -8,10 +8,10 @@ from typing import Mapping, Sequence
 import numpy as np
 
 from sim.ground.ground import Ground
-from sim.io import bvh, poses_npz
+from sim.io import bvh
 from sim.io.atomic_write import atomic_write
 from sim.latency import Latency
-from sim.motion.clip import Clip
+from sim.motion.clip import FPS, Clip
 from sim.session import Frame
 
 
@@ -24,11 +24,6 @@ class Result:
     latency: Latency
     startup_s: float
     ground: Ground | None = None
-
-
-def write_poses(path: Path, result: Result) -> None:
-    """Neutral and styled motion as arrays; see sim.io.poses_npz."""
-    poses_npz.write(path, result.frames)
 
 
 def write_bvh(path: Path, result: Result) -> None:
@@ -55,8 +50,11 @@ def write_video(path: Path, result: Result) -> None:
     """The replay as seen by the demo's camera, as an MP4 or a GIF, by the file's ending."""
     from demo.export import video
 
-    with atomic_write(path) as temporary:
-        video.render(temporary, result.frames, result.latency, result.ground)
+    try:
+        with atomic_write(path) as temporary:
+            video.render(temporary, result.frames, result.latency, result.ground)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def write_latency(path: Path, result: Result) -> None:
@@ -67,7 +65,21 @@ def write_latency(path: Path, result: Result) -> None:
         result.latency.save(temporary, startup_s=result.startup_s, **assemble.machine())
 
 
-WRITERS = {"poses": write_poses, "bvh": write_bvh, "glb": write_glb, "video": write_video, "latency": write_latency}
+WRITERS = {"bvh": write_bvh, "glb": write_glb, "video": write_video, "latency": write_latency}
+
+
+WHOLE = {"bvh", "glb", "video"}  # that are made of all frames at once; poses are written as they come
+MAX_MINUTES = 60  # of those
+ENDINGS = {"bvh": ".bvh", "glb": ".glb"}  # of a video see demo.export.video
+
+
+def check_length(name: str, frames: int, outputs: Mapping[str, Path]) -> None:
+    """Raises ValueError where a replay is too long for what is to be made of it."""
+    minutes = frames / FPS / 60
+    if minutes > MAX_MINUTES and outputs.keys() & WHOLE:
+        raise ValueError(
+            f"{name} lasts {minutes:.0f} minutes: bvh, glb and video hold {MAX_MINUTES} at most, poses any length"
+        )
 
 
 def check_outputs(outputs: Mapping[str, Path], source: Path | None = None) -> None:
@@ -78,6 +90,8 @@ def check_outputs(outputs: Mapping[str, Path], source: Path | None = None) -> No
         if resolved in taken:
             raise ValueError(f"cannot write {kind} to {path}: it is {taken[resolved]}")
         taken[resolved] = f"where {kind} goes already"
+        if path.suffix.lower() != ENDINGS.get(kind, path.suffix.lower()):
+            raise ValueError(f"cannot write {kind} to {path}: name it {path.with_suffix(ENDINGS[kind])}")
         if path.exists() and not path.is_file():
             raise ValueError(f"cannot write {kind} to {path}: it is not a file")
         if not path.parent.is_dir():

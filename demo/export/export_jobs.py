@@ -6,9 +6,11 @@ a process of its own, which also leaves the walk's processor alone where there i
 import multiprocessing
 import os
 import pickle
+import threading
 from collections import deque
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass
+from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Sequence
 
@@ -20,6 +22,7 @@ from sim.session import Frame
 
 ENDINGS = ("bvh", "glb", "mp4", "gif")  # of all files that an export may write
 NICENESS = 10  # the walk goes first
+_WRITING = threading.Lock()  # held, in the other process, while it writes
 
 
 @dataclass(frozen=True)
@@ -61,19 +64,30 @@ def _write_elsewhere(frames: Sequence[Frame], stem: Path, ground: Ground | None)
     """write_all in a process of its own, begun and waited for in a thread."""
     packed = [pickle.dumps(frame) for frame in frames]  # one by one: in between the walk gets Python's lock
     try:
-        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_give_way) as process:
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_start_writing) as process:
             return process.submit(_write_packed, packed, stem, ground).result()
     except Exception as error:  # the other process died, whatever of: the walk goes on
         return Written((), (f"the export stopped: {error}",))
 
 
-def _give_way() -> None:
+def _start_writing() -> None:
+    """Begins the other process: it gives way to the walk, and does not outlive the window but to end what it writes."""
     if hasattr(os, "nice"):
         os.nice(NICENESS)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent:
+        wait([parent.sentinel])
+        with _WRITING:
+            os._exit(0)  # the pool would wait for the window's next word for ever
 
 
 def _write_packed(packed: Sequence[bytes], stem: Path, ground: Ground | None) -> Written:
-    return write_all([pickle.loads(frame) for frame in packed], stem, ground)
+    with _WRITING:
+        return write_all([pickle.loads(frame) for frame in packed], stem, ground)
 
 
 def write_all(frames: Sequence[Frame], stem: Path, ground: Ground | None = None) -> Written:

@@ -15,6 +15,7 @@ from sim.body.kinematics import to_local
 from sim.body.skeleton import BONE_OFFSETS, JOINTS, PARENTS, PART_OF_JOINT
 from sim.ground.ground import Ground
 from sim.io.atomic_write import atomic_write
+from sim.io.checks import check_finite
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
 
@@ -32,7 +33,8 @@ JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
 
 def write(path: str | Path, clip: Clip, part_colours: np.ndarray, ground: Ground | None = None) -> None:
     """Writes the clip as a .glb, the figure in display colours (5, 3) of the body parts, with the uneven ground under
-    it, if there is one. Raises OSError."""
+    it, if there is one. Raises OSError, and ValueError for a clip that is not finite."""
+    check_finite(path, clip.hips, clip.rotations)
     with atomic_write(path) as temporary:
         temporary.write_bytes(encode(clip, part_colours, ground))
 

@@ -7,6 +7,7 @@ ours mirrored in x. A bone's rotation counts from the T-pose, which is our rest 
 import socket
 import struct
 import time
+import warnings
 from typing import Any, Iterable, Iterator
 
 import numpy as np
@@ -51,6 +52,8 @@ class Sender:
         try:
             found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
             family, _, _, _, self.address = found[0]
+            with socket.socket(family, socket.SOCK_DGRAM) as probe:
+                probe.connect(self.address)  # sends nothing, and says whether there is a way there
             self._socket = socket.socket(family, socket.SOCK_DGRAM)
         except (OSError, UnicodeError) as error:  # a name may be too odd to be looked up at all
             reason = getattr(error, "strerror", None) or "it is no name of a machine"
@@ -59,15 +62,27 @@ class Sender:
             ) from None
         self._socket.setblocking(False)
         self._frames = 0
+        self.lost: dict[str, int] = {}  # why packets could not be sent -> how many
 
     def send(self, frame: Frame) -> None:
         """The styled pose of the next frame. A network that takes nothing just now loses it."""
         for packet in packets(frame, self._frames / FPS):
             try:
                 self._socket.sendto(packet, self.address)
-            except OSError:  # nobody there, no way there, or the line is full: the next frame is on its way
+            except (
+                BlockingIOError,
+                ConnectionRefusedError,
+            ):  # the line is full, or nobody listens: the next is on its way
                 pass
+            except OSError as error:
+                reason = error.strerror or str(error)
+                self.lost[reason] = self.lost.get(reason, 0) + 1
         self._frames += 1
+
+    def report(self) -> None:
+        """Warns, once for each reason, of what could not be sent."""
+        for reason, count in self.lost.items():
+            warnings.warn(f"{count} packets could not be sent to {self.address[0]}: {reason}", stacklevel=2)
 
 
 def stream(frames: Iterable[Frame], sender: Sender) -> Iterator[Frame]:

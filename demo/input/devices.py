@@ -6,7 +6,7 @@ at any time; the one used last steers, and without one the keyboard does."""
 from typing import Iterable
 
 import pygame
-from pygame._sdl2 import controller
+from pygame._sdl2 import controller, sdl2
 
 from demo.input.pointer import Pointer
 from demo.state import bindings, steering
@@ -15,6 +15,7 @@ from sim.command import Command
 from sim.style_spec import StyleSpec
 
 FULL_AXIS = 32767.0
+PAD_ERRORS = (pygame.error, sdl2.error)  # of a gamepad that is gone: SDL's own module raises its own kind
 TRIGGER_HELD = 0.35
 ORBIT_RATE = 2.5  # radians a second at full stick
 STICKS = {
@@ -28,6 +29,21 @@ KEY_MASKS = (pygame.KMOD_CTRL | pygame.KMOD_META, pygame.KMOD_SHIFT)  # Command 
 MODES = {"menu": (bindings.MENU_KEYS, bindings.MENU_PAD), "typing": (bindings.TYPING_KEYS, bindings.TYPING_PAD)}
 # Any of these is a person who wants to do something; so is a stick out of its dead zone (the action `stick`).
 WAKING = (pygame.KEYDOWN, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL, pygame.CONTROLLERBUTTONDOWN)
+
+
+def take_events() -> list[pygame.event.Event]:
+    """The events since the last call; none where pygame stumbles over a gamepad that came and went in between."""
+    try:
+        return pygame.event.get()
+    except (*PAD_ERRORS, SystemError):
+        return []
+
+
+def gamepad_names() -> list[str]:
+    """The gamepads that a window would open, each by its name."""
+    controller.init()
+    pads = filter(controller.is_controller, range(controller.get_count()))
+    return [controller.name_forindex(index) or "a gamepad without a name" for index in pads]
 
 
 class Devices:
@@ -49,13 +65,15 @@ class Devices:
         self._pads: dict[int, controller.Controller] = {}
         self._pad: controller.Controller | None = None
         controller.init()
-        for index in range(controller.get_count()):
-            self._plug(index)
+        self._plug_new()
 
     @property
     def pad_name(self) -> str | None:
         """The name of the gamepad that steers."""
-        return self._pad.name if self._pad else None
+        try:
+            return self._pad.name if self._pad else None
+        except PAD_ERRORS:
+            return None
 
     @property
     def facing_held(self) -> bool:
@@ -160,10 +178,11 @@ class Devices:
         self._pad = self._pads.get(event.instance_id, self._pad)
 
     def _pad_added(self, event: pygame.event.Event) -> str | None:
-        return "pad_added" if self._plug(event.device_index) else None
+        return "pad_added" if self._plug_new() else None
 
     def _pad_removed(self, event: pygame.event.Event) -> str | None:
         pad = self._pads.pop(event.instance_id, None)
+        self._plug_new()  # one that came in the same turn may have been announced under an index that is another's now
         if pad is None:
             return None
         self._held = {name: action for name, action in self._held.items() if isinstance(name, int)}
@@ -192,12 +211,16 @@ class Devices:
 
     # ---- gamepads -----------------------------------------------------------
 
+    def _plug_new(self) -> bool:
+        """Opens every gamepad that is not open yet; True if there was one."""
+        return any([self._plug(index) for index in range(controller.get_count())])
+
     def _plug(self, index: int) -> bool:
         """Opens the gamepad at a device index; False for one that is open, or that SDL has no mapping for."""
         try:
             pad = controller.Controller(index)
             number = pad.as_joystick().get_instance_id()
-        except pygame.error:  # gone again, or not a gamepad
+        except PAD_ERRORS:  # gone again, or not a gamepad
             return False
         if number in self._pads:
             return False
@@ -208,7 +231,7 @@ class Devices:
         """-1 .. 1; 0 without a gamepad, or when it was just pulled."""
         try:
             return self._pad.get_axis(number) / FULL_AXIS if self._pad else 0.0
-        except pygame.error:
+        except PAD_ERRORS:
             return 0.0
 
     def _stick(self, action: str) -> steering.Vector:

@@ -27,7 +27,9 @@ def toggle_recording(live: "Live") -> None:
     path = new_file("jsonl")
 
     def start() -> None:
-        live.recorder = live.recorder_factory(path, live.stylizers.other, live.pace, live.grounds.other)
+        live.recorder = live.recorder_factory(
+            path, live.stylizers.other, live.pace, live.grounds.other, live.session.stylizer.seed
+        )
         live.files.append(path)
         live.start_over()
         live.say(f"recording into {path}")
@@ -74,6 +76,8 @@ def apply_learned(live: "Live") -> None:
                 f"learned “{result.style}” ({', '.join(result.movements)}): "
                 f"worn by {panels.readable(live.choice.picked)}, kept for the next start"
             )
+            for note in result.notes:
+                live.say(note)
         else:
             live.say(result.reason, ALERT)
 

@@ -6,6 +6,7 @@ to pay for a process that would first have to import everything. The thread and 
 walk misses a frame or two; each has its own core for the arithmetic."""
 
 import textwrap
+import warnings
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Callable, Iterable, Sequence
 import pygame
 
 from demo.state.style_names import movement_names
+from sim.io.motion_file import is_motion
 from sim.motion.clip import Clip
 from sim.protocols import NamedStylizer
 
@@ -23,11 +25,13 @@ PATIENCE = 60  # turns without news after which a drop counts as whole though it
 
 @dataclass(frozen=True)
 class Learned:
-    """A new style, the first of the clips it was learned from, and the movements that they show."""
+    """A new style, the first of the clips it was learned from, the movements that they show, and what had to be mended
+    in them."""
 
     style: str
     clip: Clip
     movements: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -85,20 +89,20 @@ class DropImport:
         return files
 
     def _try(self, paths: Sequence[Path]) -> Learned | Refused:
-        wrong = next((path for path in paths if path.suffix.lower() != ".bvh"), None)
+        wrong = next((path for path in paths if not is_motion(path)), None)
         if wrong:
-            return Refused(f"{wrong.name} cannot be a style: drop a motion as a .bvh file")
+            return Refused(f"{wrong.name} cannot be a style: drop a motion as a .bvh, .glb or SMPL .npz file")
         try:
             stylizer = self._stylizer()
-            style, clip = stylizer.learn(*paths)
-            return Learned(style, clip, movement_names(stylizer.movements(style)))
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                style, clip = stylizer.learn(*paths)
+            notes = tuple(_short(_without_folders(str(each.message), paths)) for each in caught)
+            return Learned(style, clip, movement_names(stylizer.movements(style)), notes)
         except OSError as error:
             return Refused(f"{Path(error.filename or paths[0]).name} cannot be used: {error.strerror or error}")
         except ValueError as error:
-            sentence = str(error)
-            for path in paths:
-                sentence = sentence.replace(str(path), path.name)
-            return Refused(_short(sentence))
+            return Refused(_short(_without_folders(str(error), paths)))
         except Exception as error:  # whatever a file does to us, the walk goes on
             return Refused(f"{describe_file(paths)} cannot be used: {type(error).__name__}, {error}")
 
@@ -109,11 +113,18 @@ def describe_file(paths: Sequence[Path]) -> str:
     return " and ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} more files"
 
 
+def _without_folders(sentence: str, paths: Sequence[Path]) -> str:
+    """A sentence that names files by their names alone."""
+    for path in paths:
+        sentence = sentence.replace(str(path), path.name)
+    return sentence
+
+
 def _short(sentence: str) -> str:
     """What is wrong, cut where it is long, and what to do, whole: the two are parted by a semicolon."""
-    wrong, parted, remedy = sentence.replace(
-        "given with --map", "given to `patchwalk styles add` with --map"
-    ).rpartition("; ")
+    for option in ("--map", "--fps"):
+        sentence = sentence.replace(f"with {option}", f"to `patchwalk styles add` with {option}")
+    wrong, parted, remedy = sentence.rpartition("; ")
     if not parted:
         wrong, remedy = sentence, ""
     return textwrap.shorten(wrong, LONGEST, placeholder=" ...") + parted + remedy

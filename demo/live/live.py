@@ -13,7 +13,7 @@ import pygame
 from demo.export import export_jobs
 from demo.export.vmc import Sender
 from demo.figure.colours import worn
-from demo.input.devices import Devices
+from demo.input.devices import Devices, take_events
 from demo.live import actions, capture, overlay
 from demo.live.debug_overlay import DebugOverlay
 from demo.live.drop_import import DropImport, describe_file
@@ -44,7 +44,7 @@ READING_SPEED = 20.0  # letters a second
 FIGURES_SECONDS = 0.25  # how often the figures of the status line change
 ATTRACT_ORBIT = 0.12  # radians a second that the camera goes round while the window plays by itself
 
-MakeRecorder = Callable[[Path, str | None, bool, str | None], Recorder]  # as the class itself
+MakeRecorder = Callable[[Path, str | None, bool, str | None, int | None], Recorder]  # as the class itself
 
 
 @dataclass(frozen=True)
@@ -86,6 +86,8 @@ def run_live(
             live.run(seconds, sleep)
         finally:
             capture.stop_recording(live)
+    if stream:
+        stream.report()
     if live.takes.busy:
         print("Finishing the export.", flush=True)
         if written := live.takes.finished(wait=True):
@@ -159,7 +161,7 @@ class Live:
         gc.freeze()  # what the window is made of is here to stay: the collector need not walk it between two pictures
         due_at = self.clock() + FRAME_SECONDS
         while not self.leaving and (last is None or self.frames < last):
-            events = pygame.event.get()
+            events = take_events()
             for paths in self.drop_import.take(events):
                 self.wake()
                 self.say(f"learning {describe_file(paths)}")

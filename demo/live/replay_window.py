@@ -7,6 +7,7 @@ from typing import Iterable, Iterator
 import pygame
 
 from demo.figure.colours import worn
+from demo.input.devices import take_events
 from demo.input.pointer import Pointer
 from demo.render.camera import Camera
 from demo.render.renderer import Renderer
@@ -32,7 +33,7 @@ def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
             yield frame
             if not watching:
                 continue
-            events = pygame.event.get()
+            events = take_events()
             watching = not any(_leaves(event) for event in events)
             _turn(view.camera, pointer, events)
             if window.follow_size():

@@ -7,6 +7,7 @@ from pathlib import Path
 from demo.state.bindings import SLOTS
 from sim.body.skeleton import GROUPS, PART_NAMES
 from sim.io.atomic_write import atomic_write
+from sim.io.text_files import read_json
 from sim.io.user_dirs import data_folder
 from sim.style_spec import StyleSpec
 
@@ -60,15 +61,17 @@ def describe(style: StyleSpec) -> str:
 
 def _read(path: Path) -> dict[int, Preset]:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = read_json(path)
         if (
             not isinstance(content, dict)
             or content.get("format") != FORMAT
             or not isinstance(content.get("slots"), dict)
         ):
-            raise ValueError(f'it must hold {{"format": "{FORMAT}", "version": 1, "slots": {{...}}}}')
+            raise ValueError(
+                f'{path} holds no presets: it must look like {{"format": "{FORMAT}", "version": 1, "slots": {{...}}}}'
+            )
     except ValueError as error:
-        raise ValueError(f"{path}: these are no presets: {error}; mend the file or move it away") from None
+        raise ValueError(f"{error}; mend the file or move it away") from None
     slots = {}
     for number, preset in content["slots"].items():
         try:

@@ -1,5 +1,6 @@
 """Changing the style-transfer system of a running session: each is loaded when it is first asked for, and kept."""
 
+from sim.io.provenance import SHIPPED
 from sim.protocols import NamedStylizer
 from sim.session import Session
 
@@ -30,9 +31,7 @@ class Stylizers:
     @property
     def other(self) -> str | None:
         """The name of the one in use; None for the one that is used unless another is named."""
-        from stylizer.systems import checkpoint
-
-        return None if self._current.name == checkpoint.SHIPPED else self._current.name
+        return None if self._current.name == SHIPPED else self._current.name
 
     def resample(self) -> None:
         """Samples the styles of a prior again. Raises ValueError where the stylizer has none."""

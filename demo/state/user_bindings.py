@@ -1,6 +1,5 @@
 """The user's own bindings: `keys.toml` in the user's folder, laid over the table of demo.state.bindings."""
 
-import tomllib
 import warnings
 from dataclasses import replace
 from difflib import get_close_matches
@@ -9,6 +8,8 @@ from pathlib import Path
 import pygame
 
 from demo.state.bindings import CONTROLS, DEFAULT, Bindings, Names
+from sim.io.bvh_parser import shorten
+from sim.io.text_files import read_toml
 from sim.io.user_dirs import data_folder
 
 DEVICES = {"keys": "keys", "gamepad": "pad", "mouse": "mouse"}  # section of the file -> field of Bindings
@@ -41,13 +42,13 @@ def load(file: Path | None = None) -> Bindings:
     if not file.exists():
         return DEFAULT
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{file}: this is no TOML: {error}; `patchwalk keys` prints one that is right") from None
+        content = read_toml(file)
+    except ValueError as error:
+        raise ValueError(f"{error}; `patchwalk keys` prints one that is right") from None
     bindings = DEFAULT
     for section, entries in content.items():
         if section not in DEVICES or not isinstance(entries, dict):
-            raise ValueError(f"{file}: unknown section '{section}'; there are [{'], ['.join(DEVICES)}]")
+            raise ValueError(f"{file}: unknown section '{shorten(section)}'; there are [{'], ['.join(DEVICES)}]")
         table = _laid_over(getattr(DEFAULT, DEVICES[section]), entries, section, file)
         bindings = replace(bindings, **{DEVICES[section]: table})
     return bindings
@@ -71,7 +72,7 @@ def template(bindings: Bindings = DEFAULT) -> str:
 def _laid_over(table: dict[str, Names], entries: dict, section: str, file: Path) -> dict[str, Names]:
     taken: dict[str, str] = {}
     for action, names in entries.items():
-        where = f"{file}, [{section}] {action}"
+        where = f"{file}, [{section}] {shorten(action)}"
         if action not in table:
             near = get_close_matches(action, table, 1)
             raise ValueError(
@@ -97,13 +98,13 @@ def _check(name: str, section: str, where: str) -> None:
         plain = plain.removeprefix(prefix)
     known = {"gamepad": PAD, "mouse": MOUSE}.get(section)
     if known is not None and plain not in known:
-        raise ValueError(f"{where}: there is no '{name}'; use {', '.join(known)}")
+        raise ValueError(f"{where}: there is no '{shorten(name)}'; use {', '.join(known)}")
     if known is None:
         try:
             with warnings.catch_warnings(action="ignore"):  # pygame doubts its own answer before a window is open
                 pygame.key.key_code(plain)
         except ValueError:
             raise ValueError(
-                f"{where}: there is no key '{name}'; use names such as w, space, left shift, f5, "
+                f"{where}: there is no key '{shorten(name)}'; use names such as w, space, left shift, f5, "
                 "page up, keypad 1, ctrl+1"
             ) from None

@@ -45,6 +45,11 @@ class Pose:
         """(21, 4) rotations relative to the parent."""
         return to_local(self.rotations)
 
+    def is_finite(self) -> bool:
+        """Whether every number of the body and of its root is finite."""
+        numbers = (self.root_position, self.root_facing, self.hips, self.rotations)
+        return all(bool(np.isfinite(each).all()) for each in numbers)
+
     def with_body(self, hips: np.ndarray, rotations: np.ndarray) -> "Pose":
         """The same instant and way with another body posture."""
         return Pose(self.root_position, self.root_facing, hips, rotations, self.contacts, self.phase)

@@ -8,11 +8,18 @@ import numpy as np
 
 from sim.body.skeleton import BONE_OFFSETS, JOINTS, PARENTS
 from sim.io.atomic_write import atomic_write
-from sim.io.bvh_parser import POSITION_ORDER, ROTATION_ORDER, read_frames, read_hierarchy
+from sim.io.bvh_parser import FRAME_RATES, POSITION_ORDER, ROTATION_ORDER, read_frames, read_hierarchy
+from sim.io.checks import check_finite, count_names
+from sim.io.text_files import read_text
+from sim.math import euler
 from sim.math import rotations as rot
 from sim.motion.clip import Clip
 
 CENTIMETRES = 100.0
+SAME_ROTATION = 1e-8  # of a quaternion's numbers: a millionth of a degree, the last that is written
+MOSTLY_SAME = 0.5  # share of the frames: a joint that still turns as in the file was not restyled
+LOST_ANGLE = 1.0  # degrees that a joint without channels for them turns, over which that is said
+MAX_MEGABYTES = 128  # of one file: more than half an hour of a hundred joints
 END_SITES = {
     "LeftToe": (0.0, 0.0, 0.07),
     "RightToe": (0.0, 0.0, 0.07),
@@ -28,7 +35,8 @@ class Motion:
 
     names (J), parents (J; -1 for a root), offsets (J, 3), end_sites {joint: offset (3,)}, channels (J) in file order.
     Relative to the parent: rotations (F, J, 4) and positions (F, J, 3), which are the offset unless position channels
-    replace it."""
+    replace it. angles (F, J, 3): the file's own degrees of each rotation channel, which are written again where the
+    rotations are still the same; None for a motion of no file."""
 
     names: list[str]
     parents: list[int]
@@ -38,6 +46,7 @@ class Motion:
     fps: float
     positions: np.ndarray
     rotations: np.ndarray
+    angles: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -52,46 +61,69 @@ class Motion:
         return positions, rotations
 
 
-def read(path: str | Path) -> Motion:
+def read(path: str | Path, fps: float | None = None) -> Motion:
     """The motion in a BVH file: any channel order, position channels on any joint, any frame rate.
 
-    Raises OSError if it cannot be opened and ValueError, naming file and line, if it is not a BVH file. What can be
-    repaired (a wrong frame count, a last frame cut short) is, with a warning."""
+    fps: frames a second, believed in place of the file's own. Raises OSError if it cannot be opened and ValueError,
+    naming file and line, if it is not a BVH file or asks for more than a motion can. What can be repaired (a wrong
+    frame count, a last frame cut short, a frame time in milliseconds) is, with a warning."""
     path = Path(path)
-    lines = path.read_bytes().decode("utf-8-sig", errors="replace").splitlines()
+    check_fps(fps)
+    lines = read_text(path, MAX_MEGABYTES).splitlines()
     motion_line = next((i for i, line in enumerate(lines) if line.strip().upper() == "MOTION"), None)
     if motion_line is None:
         raise ValueError(f"{path} is not a whole BVH file: it has no MOTION line")
     tree = read_hierarchy(path, lines[:motion_line])
-    width = sum(map(len, tree.channels))
-    if not width:
+    owned = np.array(tree.owners) >= 0
+    if not owned.any():
         raise ValueError(f"{path}: no joint has any CHANNELS, so there is no motion to read")
-    fps, values = read_frames(path, lines, motion_line + 1, width)
+    fps, values = read_frames(path, lines, motion_line + 1, len(owned), fps)
+    values = values[:, owned]
     offsets = np.array(tree.offsets)
-    positions, rotations = _decoded(offsets, tree.channels, values)
-    return Motion(tree.names, tree.parents, offsets, tree.end_sites, tree.channels, fps, positions, rotations)
+    positions, angles = _columns(offsets, tree.channels, values)
+    rotations = _rotations(tree.channels, angles)
+    return Motion(tree.names, tree.parents, offsets, tree.end_sites, tree.channels, fps, positions, rotations, angles)
 
 
-def _decoded(offsets: np.ndarray, channels: list[tuple[str, ...]], values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (F, J, 3) and rotations (F, J, 4) relative to the parents, from the file's numbers (F, width)."""
+def check_fps(fps: float | None) -> None:
+    """Raises ValueError for a frame rate, other than None, that no motion has."""
+    if fps is not None and not FRAME_RATES[0] <= fps <= FRAME_RATES[1]:
+        raise ValueError(f"{fps:g} is no frame rate: give one from {FRAME_RATES[0]:g} to {FRAME_RATES[1]:g} a second")
+
+
+def _columns(offsets: np.ndarray, channels: list[tuple[str, ...]], values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (F, J, 3) relative to the parents, and degrees (F, J, 3) in file order, from the file's numbers (F,
+    width)."""
     positions = np.tile(offsets, (len(values), 1, 1))
-    angles = np.zeros((len(values), len(offsets), 3))  # up to three rotations a joint, in file order
-    axes = np.zeros((len(offsets), 3), int)
+    angles = np.zeros(positions.shape)
     columns = iter(values.T)
     for joint, joint_channels in enumerate(channels):
         slot = 0
         for channel, column in zip(joint_channels, columns):
-            axis = "XYZ".index(channel[0])
             if channel in POSITION_ORDER:
-                positions[:, joint, axis] = column
+                positions[:, joint, "XYZ".index(channel[0])] = column
             else:
-                angles[:, joint, slot], axes[joint, slot] = column, axis
+                angles[:, joint, slot] = column
                 slot += 1
+    return positions, angles
+
+
+def _rotations(channels: list[tuple[str, ...]], angles: np.ndarray) -> np.ndarray:
+    """Rotations (F, J, 4) relative to the parents, from degrees (F, J, 3) in file order."""
+    axes = np.zeros(angles.shape[1:], int)
+    for joint, joint_channels in enumerate(channels):
+        order = rotation_order(joint_channels)
+        axes[joint, : len(order)] = ["XYZ".index(axis) for axis in order]
     rotations = rot.IDENTITY
     for slot in range(3):  # file order is intrinsic: each rotation acts inside the one before
-        about = np.broadcast_to(np.eye(3)[axes[:, slot]], positions.shape)
+        about = np.broadcast_to(np.eye(3)[axes[:, slot]], angles.shape)
         rotations = rot.multiply(rotations, rot.from_axis_angle(about, np.radians(angles[..., slot])))
-    return positions, rotations
+    return rotations
+
+
+def rotation_order(channels: tuple[str, ...]) -> str:
+    """The axes that a joint's channels turn it about, such as `ZXY`."""
+    return "".join(channel[0] for channel in channels if channel in ROTATION_ORDER)
 
 
 def from_clip(clip: Clip) -> Motion:
@@ -115,8 +147,11 @@ def from_clip(clip: Clip) -> Motion:
 def write(path: str | Path, motion: Motion | Clip) -> None:
     """Writes a BVH file, whole or not at all.
 
-    Raises OSError if the folder cannot be written, ValueError for a joint with one or two rotation channels."""
+    Angles run on from frame to frame. Where a joint has fewer than three rotation channels, what turns it about other
+    axes is left out, with a warning. Raises OSError if the folder cannot be written, ValueError for a motion that is
+    not finite."""
     motion = from_clip(motion) if isinstance(motion, Clip) else motion
+    check_finite(path, motion.offsets, motion.positions, motion.rotations)
     text = "\n".join(
         [
             "HIERARCHY",
@@ -157,22 +192,38 @@ def _hierarchy_lines(motion: Motion) -> list[str]:
 
 
 def _frame_lines(motion: Motion) -> list[str]:
-    columns = []
+    angles = _angles_of(motion)
+    columns, lacking = [], []
     for joint, channels in enumerate(motion.channels):
-        order = "".join(channel[0] for channel in channels if channel in ROTATION_ORDER)
-        if len(order) not in (0, 3):
-            raise ValueError(
-                f"joint '{motion.names[joint]}' cannot be written: it has {len(order)} rotation channels, "
-                "not three or none"
-            )
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # gimbal lock: scipy warns, the angles it gives are right
-            turns = rot.to_euler(order, motion.rotations[:, joint]) if order else np.empty((len(motion), 0))
-            angles = np.unwrap(turns, axis=0, period=360.0)
+        turns = iter(angles[:, joint].T)
         for channel in channels:
-            if channel in POSITION_ORDER:
-                columns.append(motion.positions[:, joint, "XYZ".index(channel[0])])
-            else:
-                columns.append(angles[:, order.index(channel[0])])
+            turn = channel in ROTATION_ORDER
+            columns.append(next(turns) if turn else motion.positions[:, joint, "XYZ".index(channel[0])])
+        if 0 < len(rotation_order(channels)) and any(np.abs(left).max() > LOST_ANGLE for left in turns):
+            lacking.append(motion.names[joint])
+    if lacking:
+        warnings.warn(
+            f"{count_names(lacking)} cannot turn every way in this file: what turns about axes without a channel is "
+            "left out",
+            stacklevel=3,
+        )
     template = " ".join(["%.6f"] * len(columns))
     return [template % tuple(row) for row in np.stack(columns, axis=1).tolist()]
+
+
+def _angles_of(motion: Motion) -> np.ndarray:
+    """Degrees (F, J, 3) about the axes of each joint's channels, and about those that it has no channels for: the
+    file's own where a joint turns as it did there, mostly, and else what runs on from the first."""
+    own = motion.angles
+    same = np.zeros(motion.rotations.shape[:2], bool)
+    if own is not None:
+        before = _rotations(motion.channels, own)
+        apart = np.minimum(np.abs(before - motion.rotations), np.abs(before + motion.rotations))
+        same = apart.max(axis=-1) < SAME_ROTATION
+        same &= same.mean(axis=0) > MOSTLY_SAME
+    result = np.zeros((*same.shape, 3)) if own is None else np.where(same[..., None], own, 0.0)
+    for joint in np.flatnonzero(~same.all(axis=0)):
+        order = euler.complete(rotation_order(motion.channels[joint]))
+        angles = euler.continuous(order, motion.rotations[:, joint], None if own is None else own[0, joint])
+        result[:, joint] = np.where(same[:, joint, None], result[:, joint], angles)
+    return result

@@ -1,4 +1,6 @@
-"""The text of a BVH file, read forgivingly: the hierarchy of joints, and the table of numbers below MOTION."""
+"""The text of a BVH file, read forgivingly: the hierarchy of joints, and the table of numbers below MOTION.
+
+What a file may ask for is bounded, and the bounds are checked before the work is done."""
 
 import re
 import warnings
@@ -10,18 +12,26 @@ import numpy as np
 
 ROTATION_ORDER = ("Zrotation", "Xrotation", "Yrotation")
 POSITION_ORDER = ("Xposition", "Yposition", "Zposition")
+MAX_JOINTS, MAX_DEPTH = 1000, 200  # a person with fingers and a face has a few hundred joints, some 20 deep
+LARGEST_NUMBER = 1e9  # a kilometre in micrometres, and no angle
+MAX_SECONDS = 1800  # of one motion
+FRAME_RATES = (5.0, 1000.0)  # frames a second, slowest and fastest
+USUAL_RATES = np.array([24, 25, 30, 48, 50, 60, 72, 90, 100, 120, 144, 200, 240])
+RATE_TOLERANCE = 0.02  # share by which a rate may be off a usual one
 
 
 @dataclass
 class Hierarchy:
     """The joints in the file's order and unit: parents (-1 for a root), offsets (3,), channels in the order of the
-    numbers, and end_sites {joint: offset (3,)}."""
+    numbers, and end_sites {joint: offset (3,)}. owners: the joint of each number of a frame, -1 where it is an End
+    Site's."""
 
     names: list[str] = field(default_factory=list)
     parents: list[int] = field(default_factory=list)
     offsets: list[np.ndarray] = field(default_factory=list)
     channels: list[tuple[str, ...]] = field(default_factory=list)
     end_sites: dict[int, np.ndarray] = field(default_factory=dict)
+    owners: list[int] = field(default_factory=list)
 
 
 def read_hierarchy(path: Path, lines: list[str]) -> Hierarchy:
@@ -62,6 +72,8 @@ class _Builder:
             case "{":
                 if self.newest < 0:
                     raise ValueError("a '{' comes before any ROOT")
+                if len(self.open_joints) == MAX_DEPTH:
+                    raise ValueError(f"joints lie more than {MAX_DEPTH} deep: that is no skeleton of a person")
                 self.open_joints.append(self.newest)
             case "}":
                 if not self.open_joints:
@@ -72,10 +84,12 @@ class _Builder:
             case "CHANNELS":
                 self._channels(words)
             case _:
-                raise ValueError(f"'{keyword}' is not a BVH keyword")
+                raise ValueError(f"'{shorten(keyword)}' is not a BVH keyword")
 
     def _joint(self, words: tuple[str, ...], parent: int) -> None:
         made = self.made
+        if len(made.names) == MAX_JOINTS:
+            raise ValueError(f"there are more than {MAX_JOINTS} joints: export the body alone")
         self.newest, self.in_end_site = len(made.names), False
         made.names.append(" ".join(words) or f"joint{self.newest}")
         made.parents.append(parent)
@@ -86,6 +100,8 @@ class _Builder:
         offset = parse_numbers(words)
         if self.newest < 0 or offset is None or len(offset) != 3:
             raise ValueError("OFFSET needs three numbers inside a joint")
+        if not (np.abs(offset) <= LARGEST_NUMBER).all():
+            raise ValueError(f"the OFFSET of joint '{shorten(self.made.names[self.newest])}' is too long to be a bone")
         (self.made.end_sites if self.in_end_site else self.made.offsets)[self.newest] = offset
 
     def _channels(self, words: tuple[str, ...]) -> None:
@@ -93,16 +109,28 @@ class _Builder:
         known = all(channel in POSITION_ORDER + ROTATION_ORDER for channel in channels)
         if self.newest < 0 or words[:1] != (str(len(channels)),) or not known:
             raise ValueError("CHANNELS needs its count and that many of Xposition ... Zrotation")
-        if sum(channel in ROTATION_ORDER for channel in channels) > 3:
+        turns = [channel for channel in channels if channel in ROTATION_ORDER]
+        if len(turns) > 3:
             raise ValueError("a joint may have at most three rotation channels")
+        if any(one == next for one, next in zip(turns, turns[1:])):
+            raise ValueError("CHANNELS names the same rotation twice in a row")
+        if self.in_end_site:  # nothing is there to be moved: its numbers are skipped
+            self.made.owners += [-1] * len(channels)
+            return
+        if self.made.channels[self.newest]:
+            raise ValueError(f"joint '{shorten(self.made.names[self.newest])}' has CHANNELS already")
+        self.made.owners += [self.newest] * len(channels)
         self.made.channels[self.newest] = channels
 
 
-def read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[float, np.ndarray]:
+def read_frames(
+    path: Path, lines: list[str], start: int, width: int, fps: float | None = None
+) -> tuple[float, np.ndarray]:
     """Frames a second and the values (F, width) below MOTION, which stands on line `start` (counted from 1).
 
-    Raises ValueError, naming file and line; warns of a wrong frame count and of a last frame cut short."""
-    declared, fps, first = _headings(path, lines, start)
+    fps: believed in place of the file's own. Raises ValueError, naming file and line; warns of a wrong frame count, of
+    a last frame cut short, and of a frame time that is no number of seconds."""
+    declared, fps, first = _headings(path, lines, start, fps)
     rows = [(number, line) for number, line in enumerate(lines[first:], first + 1) if line.strip()]
     counts = np.array([len(line.split()) for _, line in rows], int)
     odd = np.flatnonzero(counts != width)
@@ -113,40 +141,74 @@ def read_frames(path: Path, lines: list[str], start: int, width: int) -> tuple[f
         warnings.warn(f"{path}: the last frame is cut short and was left out", stacklevel=3)
         rows, declared = rows[:-1], None
     values = parse_numbers([line for _, line in rows])
-    if values is None or not np.isfinite(values).all():
-        number = next(n for n, line in rows if (v := parse_numbers([line])) is None or not np.isfinite(v).all())
-        raise ValueError(f"{path}, line {number}: a frame holds something that is not a number")
+    if values is None or not _are_possible(values):
+        number = next(n for n, line in rows if (v := parse_numbers([line])) is None or not _are_possible(v))
+        raise ValueError(f"{path}, line {number}: a frame holds something that is not a number of a motion")
     values = values.reshape(-1, width)
     if not len(values):
         raise ValueError(f"{path} holds no frames")
+    if len(values) > MAX_SECONDS * fps:
+        raise ValueError(
+            f"{path} holds {len(values)} frames, {len(values) / fps / 60:.0f} minutes of motion: "
+            f"cut it into files of {MAX_SECONDS // 60} minutes at most"
+        )
     if declared not in (None, len(values)):
         warnings.warn(f"{path}: {declared} frames announced, {len(values)} found and used", stacklevel=3)
     return fps, values
 
 
-def _headings(path: Path, lines: list[str], start: int) -> tuple[int | None, float, int]:
+def _are_possible(values: np.ndarray) -> bool:
+    """Whether numbers are finite, and small enough to be lengths or angles."""
+    return bool((np.abs(values) <= LARGEST_NUMBER).all())
+
+
+def _headings(path: Path, lines: list[str], start: int, fps: float | None) -> tuple[int | None, float, int]:
     """From the lines below MOTION: the number of frames where it is given, frames a second, and how many lines lie
     above the first frame."""
-    declared, seconds, first = None, None, start
+    declared, stated, first = None, None, start
     for first in range(start, len(lines)):
         key, colon, value = lines[first].partition(":")
         if colon:
             given = parse_numbers(value.split())
             if given is None or len(given) != 1:
-                raise ValueError(f"{path}, line {first + 1}: '{key.strip()}:' needs one number")
+                raise ValueError(f"{path}, line {first + 1}: '{shorten(key.strip())}:' needs one number")
             if key.strip().lower() == "frames":
+                if not abs(given[0]) < LARGEST_NUMBER:
+                    raise ValueError(f"{path}, line {first + 1}: 'Frames:' is {given[0]:g}, which is no count")
                 declared = int(given[0])
             else:
-                seconds = given[0]
+                stated = given[0], first + 1
         elif lines[first].strip():
             break
     else:
         first = len(lines)
-    if not seconds or seconds < 0:
+    if fps is not None:
+        return declared, fps, first
+    if stated is None or not stated[0] > 0:
         raise ValueError(f"{path}, line {min(first, start) + 1}: a 'Frame Time:' above zero is missing")
-    fps = 1.0 / seconds
-    whole = round(fps)  # files round the time of a frame: 0.0333333 s means 30 a second
-    return declared, whole if abs(fps - whole) < 2e-4 * fps else fps, first
+    return declared, _frame_rate(path, *stated), first
+
+
+def _frame_rate(path: Path, stated: float, line: int) -> float:
+    """Frames a second of a frame time above zero. One that cannot be seconds is read as milliseconds or as a rate,
+    with a warning, where that makes a usual rate. Raises ValueError where it does not."""
+    fps = 1.0 / max(stated, 1e-9)
+    if FRAME_RATES[0] <= fps <= FRAME_RATES[1]:
+        whole = round(fps)  # files round the time of a frame: 0.0333333 s means 30 a second
+        return whole if abs(fps - whole) < 2e-4 * fps else fps
+    for rate, meaning in ((stated, "frames a second"), (1000.0 / max(stated, 1e-9), "milliseconds")):
+        if (np.abs(rate - USUAL_RATES) < RATE_TOLERANCE * USUAL_RATES).any():
+            rate = float(round(rate)) if abs(rate - round(rate)) < 0.01 else rate
+            warnings.warn(
+                f"{path}, line {line}: 'Frame Time: {stated:g}' was read as {meaning}: {rate:.4g} frames a second; "
+                "if that is wrong, say how many with --fps",
+                stacklevel=5,
+            )
+            return rate
+    raise ValueError(
+        f"{path}, line {line}: 'Frame Time: {stated:g}' is no time of a frame in seconds; "
+        "say how many frames a second with --fps"
+    )
 
 
 def parse_numbers(words: Sequence[str]) -> np.ndarray | None:
@@ -157,3 +219,9 @@ def parse_numbers(words: Sequence[str]) -> np.ndarray | None:
             return np.fromstring(" ".join(words), sep=" ") if words else np.empty(0)
         except (ValueError, DeprecationWarning):
             return None
+
+
+def shorten(text: str) -> str:
+    """A name out of a file as a sentence can hold it: of some forty letters, none of which steers a terminal."""
+    text = "".join(letter if letter.isprintable() else "?" for letter in text)
+    return text if len(text) <= 40 else text[:37] + "..."

@@ -8,6 +8,7 @@ from typing import Iterable
 
 PERMISSIVE = "PATCHWALK_PERMISSIVE"  # the environment variable that leaves out what is for non-commercial use
 NONCOMMERCIAL = "non-commercial"  # what the licence of such a file says, and the name of the folder that holds them
+SHIPPED = "joints"  # the name of the stylizer that is used unless another one is named
 CONTROLLER = "patchwalk"  # the folder of what the controller made: all of it in its one style
 # Folder name of an archive, as it is unpacked: who made it, and its licence.
 ARCHIVES = {

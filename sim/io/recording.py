@@ -14,6 +14,7 @@ from sim.style_spec import StyleSpec, abbreviate, is_number
 
 HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
 MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
+MAX_SEED = 2**31
 # by which a recorded full stick may be too long: it is left as it is, for the same pose to the last bit
 LAST_BITS = 1e-12
 SMALLEST_FACE = 1e-6  # the length of a facing under which it is no direction
@@ -27,17 +28,23 @@ class Recorder:
     Raises FileExistsError rather than write over a recording."""
 
     def __init__(
-        self, path: str | Path, stylizer: str | None = None, pace: bool = False, ground: str | None = None
+        self,
+        path: str | Path,
+        stylizer: str | None = None,
+        pace: bool = False,
+        ground: str | None = None,
+        seed: int | None = None,
     ) -> None:
         """stylizer: the name of the one in use, for whoever plays it; None: the one that is used unless another is
         named. pace: whether the styles of the legs set the pace at the start; a command that says otherwise is written
-        as a change. ground: the name of what it walks on; None for level floor."""
+        as a change. ground: the name of what it walks on; None for level floor. seed: by which the stylizer's styles
+        are drawn, None where it draws none."""
         self.path = Path(path)
         self.frames = 0
         self._file = open(self.path, "x", encoding="ascii")
         self._last: dict[str, Any] = {"pace": pace}  # what the lines so far say
         self._silent = 0  # frames since the last line
-        extras = {"stylizer": stylizer, "pace": pace, "ground": ground}
+        extras = {"stylizer": stylizer, "pace": pace, "ground": ground, "seed": seed}
         self._line(HEADER | {name: value for name, value in extras.items() if value})
 
     def write(self, command: Command) -> None:
@@ -73,20 +80,24 @@ class Recorder:
         self.close()
 
     def _line(self, content: dict[str, Any]) -> None:
-        self._file.write(json.dumps(content) + "\n")
-        self._file.flush()
+        try:
+            self._file.write(json.dumps(content) + "\n")
+            self._file.flush()
+        except OSError as error:  # a full disk does not say of which file
+            raise type(error)(error.errno, error.strerror, str(self.path)) from error
 
 
 @dataclass(frozen=True)
 class Recording:
     """Recorded commands: iterating yields one a frame. `changes` holds (frame, the command from then on); stylizer is
     the name of the one that it was made with, None where it does not say; ground that of what it walks on, None for
-    level floor."""
+    level floor; seed: by which the stylizer's styles were drawn, None for the one it starts with."""
 
     changes: tuple[tuple[int, Command], ...]
     frames: int
     stylizer: str | None = None
     ground: str | None = None
+    seed: int | None = None
 
     def __len__(self) -> int:
         return self.frames
@@ -135,7 +146,7 @@ def read(path: str | Path) -> Recording:
         raise ValueError(f"{path}: the recording holds no frames")
     if not ended:
         warnings.warn(f"{path} was cut short: it plays up to its last whole line, {frames / FPS:.1f} s", stacklevel=2)
-    return Recording(tuple(changes.items()), frames, header.get("stylizer"), header.get("ground"))
+    return Recording(tuple(changes.items()), frames, header.get("stylizer"), header.get("ground"), header.get("seed"))
 
 
 def _encode(command: Command) -> dict[str, Any]:
@@ -183,6 +194,8 @@ def _header_of(line: bytes) -> dict[str, Any]:
     for name in ("stylizer", "ground"):
         if not isinstance(value := header.get(name), str | None):
             raise ValueError(f"{name} is {abbreviate(value)}, but must be a name")
+    if (seed := header.get("seed")) is not None and (type(seed) is not int or not 0 <= seed < MAX_SEED):
+        raise ValueError(f"seed is {abbreviate(seed)}, but must be a whole number from 0 on")
     return header
 
 

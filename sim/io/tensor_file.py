@@ -1,25 +1,32 @@
 """Files of named arrays with a header of texts (safetensors): weights, styles and codes are read and written here."""
 
 import hashlib
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Mapping
+from typing import Iterator, Mapping
 
 import numpy as np
 from safetensors import safe_open
 from safetensors.numpy import save
 
 from sim.io.atomic_write import atomic_write
+from sim.io.bvh_parser import shorten
+from sim.io.checks import check_finite
 
 Arrays = dict[str, np.ndarray]
 
 
-def read(path: Path) -> tuple[dict[str, str], Arrays]:
-    """Header and arrays. Raises ValueError, in one sentence, for a missing or damaged file."""
+def read(path: Path, may_be_nan: tuple[str, ...] = ()) -> tuple[dict[str, str], Arrays]:
+    """Header and arrays. may_be_nan: names of arrays in which NaN says that there is no number.
+
+    Raises ValueError, in one sentence, for a missing or damaged file, and for one with numbers that are not finite."""
     try:
         with safe_open(path, "np") as file:
-            return file.metadata() or {}, {key: file.get_tensor(key) for key in file.keys()}
+            header, arrays = file.metadata() or {}, {key: file.get_tensor(key) for key in file.keys()}
     except Exception as error:  # safetensors raises its own kinds for a damaged file
         raise ValueError(_unreadable(path, error)) from error
+    check_finite(path, *(array for name, array in arrays.items() if name not in may_be_nan))
+    return header, arrays
 
 
 def read_header(path: Path) -> dict[str, str]:
@@ -42,7 +49,20 @@ def check_header(path: Path, header: Mapping[str, str], wanted: Mapping[str, str
     """Raises ValueError, ending with the remedy, where a file was made for something else than what is wanted."""
     for key, value in wanted.items():
         if header.get(key) != value:
-            raise ValueError(f"{path} was made for {key} '{header.get(key)}', this version needs '{value}': {remedy}")
+            found = shorten(str(header.get(key)))
+            raise ValueError(f"{path} was made for {key} '{found}', this version needs '{value}': {remedy}")
+
+
+@contextmanager
+def understanding(path: Path, remedy: str) -> Iterator[None]:
+    """Turns whatever fails while the block makes sense of a file's header and arrays into a ValueError that names the
+    file and ends with the remedy."""
+    try:
+        yield
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError) as error:
+        if isinstance(error, ValueError) and str(path) in str(error):
+            raise
+        raise ValueError(f"{path} is damaged, or of another version of Patchwalk: {remedy}") from error
 
 
 def fingerprint(path: Path) -> str:

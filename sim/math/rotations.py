@@ -114,6 +114,11 @@ def unwrap(vectors: np.ndarray) -> np.ndarray:
     return result
 
 
+def mean(q: np.ndarray) -> np.ndarray:
+    """The rotation (4,) that rotations (n, 4) are nearest to, whatever their signs (Markley et al. 2007)."""
+    return np.linalg.eigh(q.T @ q)[1][:, -1]
+
+
 def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The shortest rotation that turns direction a (..., 3) onto direction b (..., 3).
 

@@ -67,7 +67,13 @@ def features_between(now: Pose | Body, before: Pose | Body) -> np.ndarray:
 
 
 def clip_features(clip: Clip) -> np.ndarray:
-    """Features (frames, 21, 15) of a 60 Hz clip; the first frames borrow the velocity of the first that has one."""
+    """Features (frames, 21, 15) of a 60 Hz clip; the first frames borrow the velocity of the first that has one.
+
+    Raises ValueError for a clip of too few frames to have one."""
+    if len(clip) <= STRIDE:
+        raise ValueError(
+            f"the clip is too short to show a movement ({len(clip)} of {STRIDE + 1} frames): give about a second"
+        )
     positions, rotations = clip.positions(), clip.global_rotations()
     root = root_frame(positions, clip.fps)
     led = (

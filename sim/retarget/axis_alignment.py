@@ -7,21 +7,34 @@ Two kinds of skeleton are told apart:
   are found from the bones and from left and right. Their axes were meant: a direction close to one is taken to be it.
 For both, the motion says the rest: which way knees and elbows bend, and how the soles lie when they are planted."""
 
+from itertools import permutations, product
+
 import numpy as np
 
 from sim.body.skeleton import BONE_OFFSETS, INDEX, JOINTS, PARENTS
 from sim.math import rotations as rot
 from sim.math.vectors import FORWARD, LEFT, UP
-from sim.retarget.source_skeleton import ENOUGH_PLANTED, SIDES, SourceBody
+from sim.retarget.plausibility import SIDES
+from sim.retarget.source_skeleton import ENOUGH_PLANTED, SourceBody
 
 SNAP = np.cos(np.radians(35.0))  # a direction this near to a local axis was meant to be that axis
-ALIKE, OPPOSITE = np.cos(np.radians((80.0, 135.0)))  # a neck and a head, an upper and a lower arm differ by less in use
+ALIKE = np.cos(np.radians(80.0))  # the left of a neck and of a head differ by less in use
+# Forearms and hands that are turned over throughout a clip are off the bone before them by up to 55 degrees (in
+# Bandai-Namco's and CMU's files); what is off by more has axes of its own, which differ by quarter turns.
+ROLLED = np.cos(np.radians(65.0))
+END_TURN = np.radians(60.0)
 TORSO = ("Hips", "Spine", "Chest", "Neck", "Head")
 # Upper joint, lower joint, end, and the hinge: the axis about which the limb bends, in our T-pose.
 LIMBS = [(side + "UpLeg", side + "Leg", side + "Foot", LEFT) for side in SIDES] + [
     ("LeftArm", "LeftForeArm", "LeftHand", -UP),
     ("RightArm", "RightForeArm", "RightHand", UP),
 ]
+
+# The 24 rotations that take axes to axes.
+_SIGNED = [
+    np.diag(signs) @ np.eye(3)[list(order)] for order in permutations(range(3)) for signs in product((1, -1), repeat=3)
+]
+QUARTER_TURNS = rot.from_matrix(np.array([matrix for matrix in _SIGNED if np.linalg.det(matrix) > 0]))
 
 FIXED_AXIS = 0.98  # the mean axis about which a limb bends is so long, next to 1, if it is a hinge
 LEAST_STRETCH = 0.1  # the range of a bend (a sine) that tells a hinge from an arm held still
@@ -135,6 +148,8 @@ def _from_bones(body: SourceBody) -> dict[str, np.ndarray]:
         constants |= _limb_from_bones(
             body, *limb, hips_left if upper.endswith("UpLeg") else rot.cross(along, chest_forward)
         )
+    for side in SIDES:
+        _turn_end(body, constants, side + "ForeArm", side + "Hand")
     for side in SIDES:  # feet: the knee's hinge goes across them; a toe's axes are like its foot's
         foot, toe = side + "Foot", side + "Toe"
         if body.has(toe):
@@ -142,6 +157,7 @@ def _from_bones(body: SourceBody) -> dict[str, np.ndarray]:
             for name, ours in ((foot, BONE_OFFSETS[INDEX[toe]]), (toe, FORWARD)):
                 across = _nearest_axis(body.seen_from(name, shin_left))
                 constants[name] = align(LEFT, ours, across, body.bone(foot, toe))
+            _turn_end(body, constants, foot, toe)
     return constants
 
 
@@ -162,9 +178,9 @@ def _limb_from_bones(
     bones = rot.normalize(np.array([body.bone(upper, lower), body.bone(lower, end)]))
     axis = _across(bones[0], body.seen_from(upper, bend))
     of_upper = align(BONE_OFFSETS[INDEX[lower]], hinge, bones[0], axis)
-    # A forearm may be turned over throughout a clip: it has the upper arm's axes unless it clearly has not.
+    # The lower bone has the upper one's axes unless it clearly has not.
     seen = rot.normalize(body.seen_from(lower, bend))
-    if bones[0] @ bones[1] < 0.9 or axis @ seen < OPPOSITE:
+    if bones[0] @ bones[1] < 0.9 or (axis @ seen < ROLLED and _is_hinge(body, lower, bend)):
         axis = _across(bones[1], seen)
     of_lower = align(BONE_OFFSETS[INDEX[end]], hinge, bones[1], axis)
     return {upper: of_upper, lower: of_lower, end: of_lower}
@@ -190,6 +206,8 @@ def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
         left = left if alike else _across(up, seen)
         constants[name] = align(UP, LEFT, up, left)
 
+    before = "Neck" if body.has("Neck") else torso[-2]
+    _turn_end(body, constants, before, "Head")
     if body.has("Neck"):
         neck, head = (
             rot.multiply(body.rotations[body.sample, body.index[name]], constants[name]) for name in ("Neck", "Head")
@@ -198,6 +216,20 @@ def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
         if np.arctan2(seen[2], seen[1]) > HEAD_LEANS:
             constants["Head"] = rot.multiply(constants["Head"], rot.from_axis_angle(LEFT, -HEAD_TILT))
     return constants
+
+
+def _turn_end(body: SourceBody, constants: dict[str, np.ndarray], before: str, end: str) -> None:
+    """Turns the axes of a joint with no bone to follow, which were taken to be those of the joint before it, where the
+    motion says that they are others: a face looks where the body goes, mostly, and a hand goes on where the forearm
+    ends."""
+    first, last = (
+        rot.multiply(body.rotations[body.sample, body.index[name]], constants[name]) for name in (before, end)
+    )
+    turn = rot.mean(rot.multiply(rot.inverse(first), last))
+    if np.linalg.norm(rot.to_rotation_vector(turn)) > END_TURN:
+        nearest = QUARTER_TURNS[np.abs(QUARTER_TURNS @ turn).argmax()]
+        meant = np.abs(nearest @ turn) > np.cos(np.arccos(SNAP) / 2)
+        constants[end] = rot.multiply(constants[end], rot.inverse(nearest if meant else turn))
 
 
 # ---- what the motion says ----

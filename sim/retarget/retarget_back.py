@@ -16,8 +16,8 @@ from sim.io.bvh_parser import POSITION_ORDER
 from sim.math import rotations as rot
 from sim.math.vectors import UP
 from sim.motion.clip import Clip
-from sim.retarget import joint_names
-from sim.retarget.source_skeleton import SIDES, SourceBody
+from sim.retarget.plausibility import SIDES
+from sim.retarget.source_skeleton import SourceBody, mirrored
 
 UNCHANGED = 1e-9  # metres: a leg that moved less was not restyled
 REACH = 0.9999  # share of a leg's length that is used
@@ -28,7 +28,8 @@ def retarget_back(motion: Motion, content: Clip, styled: Clip, name_map: dict[st
 
     Hips and feet move as far as ours do, by leg length, whatever the proportions. Raises ValueError for an unknown
     skeleton."""
-    body = SourceBody(motion, joint_names.detect(motion.names) if name_map is None else name_map)
+    body = SourceBody(motion, name_map)
+    motion = body.motion
     turns = rot.multiply(styled.global_rotations(), rot.inverse(content.global_rotations()))
     turns = rot.normalize(_at_their_rate(rot.make_continuous(turns), content.fps, motion))
     moved = _at_their_rate(styled.positions() - content.positions(), content.fps, motion)
@@ -113,4 +114,5 @@ def _as_motion(body: SourceBody, rotations: np.ndarray, positions: np.ndarray) -
         if joint == carrier:
             origin = positions[:, parent] if parent >= 0 else 0.0
             local_positions[:, joint] = rot.rotate(above, positions[:, joint] - origin)
-    return replace(motion, rotations=local_rotations, positions=local_positions)
+    result = replace(motion, rotations=local_rotations, positions=local_positions)
+    return mirrored(result) if body.mirrored else result

@@ -1,45 +1,99 @@
 """A motion on somebody else's skeleton, read as a human body: where our joints are in it, and what can be measured."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from sim.io.bvh import Motion
+from sim.io.bvh_parser import shorten
 from sim.math import rotations as rot
-from sim.math.vectors import LEFT
+from sim.math.vectors import UP
+from sim.motion.clip import MIRROR_POSITION, MIRROR_QUATERNION
+from sim.retarget import joint_names, joint_shape
+from sim.retarget.outliers import describe, find_outliers, leave_out
+from sim.retarget.plausibility import AXES, SIDES, check_bones, find_up, is_mirrored, walks_on_four
 
-SIDES = ("Left", "Right")
+SAID = ("Hips", "Chest", "Head", "LeftUpLeg", "LeftArm")  # of the joints that were found by shape
 SAMPLES = 400  # frames from which a skeleton's constants are measured
 PLANTED_SPEEDS = (0.25, 0.5, 1.0)  # leg lengths a second under which a foot may be planted; the first to find enough
 PLANTED_HEIGHT = 0.06  # leg lengths above the lowest a foot comes
 ENOUGH_PLANTED = 8  # frames
 
 
-class SourceBody:
-    """World positions (F, J, 3) and rotations (F, J, 4) of the source, turned Y up; index: our joint -> theirs."""
+def mirrored(motion: Motion) -> Motion:
+    """The motion as a mirror shows it that stands across the X axis; done twice it is itself again."""
+    return replace(
+        motion,
+        offsets=motion.offsets * MIRROR_POSITION,
+        end_sites={joint: offset * MIRROR_POSITION for joint, offset in motion.end_sites.items()},
+        positions=motion.positions * MIRROR_POSITION,
+        rotations=motion.rotations * MIRROR_QUATERNION,
+    )
 
-    def __init__(self, motion: Motion, name_map: dict[str, str]) -> None:
-        """name_map: our joint -> theirs. Raises ValueError where it names joints that the motion does not have."""
+
+class SourceBody:
+    """World positions (F, J, 3) and rotations (F, J, 4) of the source, turned Y up; index: our joint -> theirs.
+
+    motion: what was read, with frames replaced that do not belong to it, and mirrored back where it was mirrored;
+    notes: a sentence for each of these."""
+
+    def __init__(self, motion: Motion, name_map: dict[str, str] | None = None) -> None:
+        """name_map: our joint -> theirs; None: found by their names, or else by the skeleton's shape. Raises ValueError
+        where it names joints that the motion does not have, where none are found, and where the motion is none of a
+        person."""
+        self.notes: list[str] = []
+        name_map = name_map or self._find_joints(motion)
         absent = [theirs for theirs in name_map.values() if theirs not in motion.names]
         if absent:
             raise ValueError(f"the joint map names {', '.join(absent)}, which the file does not have")
-        self.motion = motion
         self.index = {ours: motion.names.index(theirs) for ours, theirs in name_map.items()}
-        self.positions, self.rotations = motion.global_transforms()
-        self.turn = rot.IDENTITY  # from the file's axes to ours
-        if self._stands_along_z():
-            self.turn = rot.from_axis_angle(LEFT, -np.pi / 2)
-            self.positions, self.rotations = (
-                rot.rotate(self.turn, self.positions),
-                rot.multiply(self.turn, self.rotations),
-            )
-        self.sample = np.unique(np.linspace(0, len(motion) - 1, SAMPLES).astype(int))
+        self._take(motion)
+        leg_length = self.leg_length()
+        outliers = find_outliers(self.positions[:, list(self.index.values())], leg_length, motion.fps)
+        if outliers.any():
+            self.notes.append(describe(outliers))
+            self._take(leave_out(motion, outliers))
+        check_bones(self._places(), leg_length, name_map)
+        if walks_on_four(self._places(), leg_length):
+            raise ValueError("four feet carry this body: it is an animal's, and only people can be restyled")
+        up, note = find_up(self._places(), leg_length)
+        self.turn = rot.between(np.array(AXES[up]), UP)  # from the file's axes to ours
+        self.notes += [note] if note else []
+        self._turn_up()
+        self.mirrored = is_mirrored(self._places())
+        if self.mirrored:
+            self.notes.append("its knees bend forwards: it is mirrored (left-handed), and was mirrored back")
+            self._take(mirrored(self.motion))
+            self.turn = self.turn * MIRROR_QUATERNION
+            self._turn_up()
+        self.sample = np.unique(np.linspace(0, len(self.motion) - 1, SAMPLES).astype(int))
         self.rest = self._rest()
 
-    def _stands_along_z(self) -> bool:
-        """True if the file's up is +Z: the head is over the feet along Z nearly always, along Y nearly never.
+    def _find_joints(self, motion: Motion) -> dict[str, str]:
+        try:
+            return joint_names.detect(motion.names)
+        except ValueError:
+            guess = joint_shape.guess_joints(motion)
+            if guess is None:
+                raise
+        known = ", ".join(f"{ours} is {shorten(guess.name_map[ours])}" for ours in SAID if ours in guess.name_map)
+        self.notes.append(
+            f"its joints were told by the skeleton's shape, {guess.sure:.0%} sure: {known}; "
+            "if that is wrong, say which is which with --map FILE"
+        )
+        return guess.name_map
 
-        A body that lies with its head to +Z throughout would be taken for standing: the two look the same."""
-        up = rot.normalize(self.at("Head") - (self.at("LeftFoot") + self.at("RightFoot")) / 2)
-        return bool(np.mean(up[:, 2] > 0.8) > 0.8 and np.mean(up[:, 1] > 0.8) < 0.1)
+    def _take(self, motion: Motion) -> None:
+        self.motion = motion
+        self.positions, self.rotations = motion.global_transforms()
+
+    def _turn_up(self) -> None:
+        self.positions = rot.rotate(self.turn, self.positions)
+        self.rotations = rot.multiply(self.turn, self.rotations)
+
+    def _places(self) -> dict[str, np.ndarray]:
+        """Our joint -> world positions (F, 3)."""
+        return {name: self.at(name) for name in self.index}
 
     def _rest(self) -> dict[str, np.ndarray]:
         """The zero pose: our joint -> place (3,), from mean translations (position channels replace offsets)."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Callable, Iterable
 
-from sim.io.provenance import allowed
+from sim.io.provenance import SHIPPED, allowed
 from sim.io.user_dirs import cache_folder
 from sim.torch_setup import set_up_torch
 from stylizer.data import style_labels
@@ -42,7 +42,6 @@ LEFT_OUT = "left_out"  # weights whose training left some styles out, and what t
 LEFT_OUT_SIZE = SAME_CONTENT_SIZE = 22
 REAL_SIZE = 88
 FURTHER_FIGURES = 5
-SHIPPED = checkpoint.SHIPPED
 
 Progress = Callable[[int], Callable[[], object]]
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from sim.io.provenance import SHIPPED
 from sim.torch_setup import set_up_torch
 from stylizer.runtime.decoder_live import DecoderStylizer
 from stylizer.runtime.joint_live import JointStylizer
@@ -20,7 +21,7 @@ def load_bank(name: str | None = None, folder: Path | None = None) -> StyleBank:
     folder: where `patchwalk train stylizer` wrote weights and styles that are to be taken instead of the package's.
     Raises ValueError where there are none of that name, or they or their styles do not fit."""
     set_up_torch()
-    name = name or checkpoint.SHIPPED
+    name = name or SHIPPED
     if checkpoint.system(name, folder).by_part:
         return StyleBank(name, folder / STYLES, weights=folder) if folder else StyleBank(name)
     if folder:

@@ -211,7 +211,12 @@ class LiveStylizer:
             mixer.period = self.PERIOD
         self.switch()
 
-    def resample(self) -> None:
+    @property
+    def seed(self) -> int | None:
+        """Motion Puzzle samples no styles."""
+        return None
+
+    def resample(self, seed: int | None = None) -> None:
         """Samples the styles that come from a prior again; Motion Puzzle has none. Raises ValueError."""
         raise ValueError("this stylizer takes styles from clips only: diverse and latent also draw them by chance")
 

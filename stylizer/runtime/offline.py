@@ -2,18 +2,19 @@
 
 Where the live stylizer sees only the past, here every frame is the mean of the windows that see it from all sides."""
 
-from pathlib import Path
 from typing import Mapping, NamedTuple
 
 import numpy as np
 import torch
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d
 
 from sim.body.kinematics import to_local
 from sim.body.pose import Pose
-from sim.body.skeleton import PART_NAMES
+from sim.body.skeleton import CONTACT_JOINTS, INDEX, PART_NAMES
 from sim.feet.foot_cleanup import clean_feet, foot_height_error, raise_feet
 from sim.math import rotations as rot
+from sim.math.easing import smooth_step
+from sim.math.vectors import UP
 from sim.motion.clip import FPS, Clip, root_frame
 from sim.motion.contacts import foot_contacts
 from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features, rotations_of
@@ -36,6 +37,7 @@ from stylizer.styles.encoding import encode, encode_motion
 from stylizer.styles.joint_tokens import AHEAD
 from stylizer.styles.style_clips import SHORTEST, StyleClips, single_clip
 from stylizer.styles.style_clips import WINDOW as STYLE_WINDOW
+from stylizer.styles.style_names import is_clip
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
 from stylizer.systems.motion_puzzle.style_tensors import StyleFeatures, interpolate, stack_parts
@@ -44,6 +46,10 @@ from stylizer.systems.whole_body import WholeBody, combine_joints, joints_by_cod
 SMOOTHING = 1.5  # frames (Gaussian sigma): what windows tell of even and of odd frames becomes one
 DELAY = round(AHEAD * FPS)  # frames by which tokens' values come later than their keys; here no spring lags
 BATCH = 256  # frames that are looked up at once
+LEAP = 0.025  # metres
+CALMING = (3.0, 6.0, 12.0, 24.0)  # frames (Gaussian sigma) by which leaps are smoothed, one after the other
+UPRIGHT = (0.2, 0.6)  # cosine of the way from feet to head with the vertical: none of the style below, all of it above
+UPRIGHT_FADE = 6.0  # frames (Gaussian sigma) over which the style fades out before a body is no longer upright
 FLOOR_SMOOTHING = 6.0  # frames (Gaussian sigma), for the height that all legs are lengthened or shortened by
 SHORTEST_CONTENT = 4  # frames: fewer have no velocity to speak of
 # windows from which a style is read: of a clip of seconds, of a longer one; as stylizer.styles.encoding.TOKEN_WINDOWS,
@@ -74,9 +80,14 @@ def resolve_styles(bank: StyleBank, style: Mapping[str, PartLike]) -> dict[str, 
 
 
 def _style(bank: StyleBank, name: str) -> StyleClips:
-    if name in bank.names or not (name.lower().endswith(".bvh") or Path(name).exists()):
+    if name in bank.names or not is_clip(name):
         return bank[name]
-    return encode_clip(bank.model, clip_features(load_clip(name)))
+    clip = load_clip(name)
+    try:
+        features = clip_features(clip)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from error
+    return encode_clip(bank.model, features)
 
 
 def stylize(model: Network, content: Clip, style: Mapping[str, ResolvedStyle]) -> Clip:
@@ -85,7 +96,8 @@ def stylize(model: Network, content: Clip, style: Mapping[str, ResolvedStyle]) -
     Raises ValueError for a clip of a few frames."""
     if len(content) < SHORTEST_CONTENT:
         raise ValueError(
-            f"{content.name} is too short to restyle: give at least {SHORTEST_CONTENT} frames at {FPS} a second"
+            f"{content.name or 'the clip'} is too short to restyle ({len(content)} frames): "
+            f"give at least {SHORTEST_CONTENT} frames at {FPS} a second"
         )
     strengths = np.array([style[part].strength if part in style else 0.0 for part in PART_NAMES])
     return (
@@ -95,18 +107,54 @@ def stylize(model: Network, content: Clip, style: Mapping[str, ResolvedStyle]) -
 
 def apply_styled(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Clip:
     """The clip changed by the network's output, features (frames, 21, 15), at the strengths (5,), and its feet in
-    order."""
+    order. No joint moves farther in a frame than the content's quickest does, by more than LEAP: where the network's
+    output leaps, it is smoothed, and where nothing else helps it is left out."""
+    before = to_pose(content)
+    upright = uprightness(before)
     delta = unwrap_frames(pose_delta(styled, clip_features(content))) * delta_weights(strengths)
     delta = gaussian_filter1d(delta, SMOOTHING, axis=0, mode="nearest")
-    before = to_pose(content)
+    longest = _steps(before).max() + LEAP
+    for sigma in (*CALMING, None):
+        after = _put_on(before, delta, strengths, upright)
+        leaps = _steps(after) > longest
+        if not leaps.any():
+            break
+        reach = round(2 * (sigma or CALMING[-1]))
+        near = maximum_filter1d(np.append(leaps, leaps[-1]).astype(float), 2 * reach + 1, mode="nearest")
+        near = gaussian_filter1d(near, reach / 4, mode="nearest")
+        calm = gaussian_filter1d(delta, sigma, axis=0, mode="nearest") if sigma else 0.0
+        delta += near[:, None, None] * (calm - delta)
+    else:
+        after = _put_on(before, delta, strengths, upright)
+    return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
+
+
+def _steps(pose: Pose) -> np.ndarray:
+    """(frames - 1,) metres that the quickest joint moves from each frame to the next."""
+    return np.linalg.norm(np.diff(pose.positions, axis=0), axis=-1).max(axis=1)
+
+
+def _put_on(before: Pose, delta: np.ndarray, strengths: np.ndarray, upright: np.ndarray) -> Pose:
+    """The poses changed by deltas (frames, 22, 3) as far as the body is upright (frames,), their feet in order as far
+    as it stands on them."""
+    delta = delta * upright[:, None, None]
     pose = preserve_hands(
         apply_delta(before, rotations_of_delta(delta), delta[..., -1, :]), before, strengths[ARM_PARTS]
     )
-    to_floor = (
-        gaussian_filter1d(foot_height_error(pose, before), FLOOR_SMOOTHING, mode="nearest") * strengths[LEG_PARTS].min()
-    )
+    to_floor = gaussian_filter1d(foot_height_error(pose, before), FLOOR_SMOOTHING, mode="nearest")
+    to_floor *= strengths[LEG_PARTS].min() * upright
     after = clean_feet(raise_feet(pose, to_floor) if to_floor.any() else pose, before)
-    return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
+    hips = pose.hips + upright[:, None] * (after.hips - pose.hips)
+    return pose.with_body(hips, rot.slerp(pose.rotations, after.rotations, upright[:, None, None]))
+
+
+def uprightness(pose: Pose) -> np.ndarray:
+    """(frames,) 1 where the head is over the feet, 0 where it is not: a body that flips or lies keeps its own motion,
+    for the network has only seen bodies that stand."""
+    feet = pose.positions[:, CONTACT_JOINTS].mean(axis=1)
+    bearing = rot.normalize(pose.positions[:, INDEX["Head"]] - feet) @ UP
+    lowest = minimum_filter1d(bearing, 4 * round(UPRIGHT_FADE) + 1, mode="nearest")
+    return gaussian_filter1d(smooth_step(lowest, *UPRIGHT), UPRIGHT_FADE, mode="nearest")
 
 
 def evaluate(model: Network, features: np.ndarray, style: Mapping[str, ResolvedStyle]) -> np.ndarray:

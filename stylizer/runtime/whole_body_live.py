@@ -58,12 +58,16 @@ class WholeBodyStylizer(DecoderStylizer):
     def attention(self, window: np.ndarray, part: str) -> np.ndarray:
         return LiveStylizer.attention(self, window, part)
 
-    def resample(self) -> None:
+    @property
+    def seed(self) -> int | None:
+        return self.bank.seed if self.bank.sampled else None
+
+    def resample(self, seed: int | None = None) -> None:
         """Samples the styles of the prior again; parts that show one are inertialized. Raises ValueError where there
         are none."""
         if not self.bank.sampled:
             super().resample()
-        self.bank.resample()
+        self.bank.resample(seed)
         self.switch()
 
     def _decode(self, windows: np.ndarray, ones: list[int], which: int) -> np.ndarray:

@@ -2,17 +2,20 @@
 
 import re
 import unicodedata
-from difflib import get_close_matches
+import warnings
 from pathlib import Path
-from typing import NamedTuple, Sequence
+from typing import Callable, NamedTuple, Sequence
 
 import numpy as np
 
-from sim.io.provenance import NONCOMMERCIAL, allowed, noncommercial
-from sim.io.user_dirs import data_folder
+from sim.io import tensor_file
+from sim.io.bvh_parser import shorten
+from sim.io.checks import check_finite
+from sim.io.provenance import NONCOMMERCIAL, SHIPPED, allowed
 from sim.motion.clip import Clip
 from sim.motion.features import clip_features
 from sim.retarget.retarget import load_clip
+from stylizer.styles import style_names
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, StyleClips, movements_in
@@ -25,18 +28,13 @@ from stylizer.styles.style_file import (
     read_windows,
     write,
 )
+from stylizer.styles.style_names import BUNDLED, is_reserved, user_folder
 from stylizer.systems import checkpoint
 from stylizer.systems.registry import SYSTEMS, System
 
-BUNDLED = Path(__file__).parents[1] / "styles"  # a folder for each network that takes styles by part
 NAME_LENGTH = 40
 LOOP_SECONDS = 8.0  # to which a loop that walks in place is repeated, so that it shows some strides
 NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{NAME_LENGTH - 1}}}")
-
-
-def user_folder() -> Path:
-    """Where the user's own styles live."""
-    return data_folder() / "styles"
 
 
 def own_motion_file(bundled: Path | None = None) -> Path:
@@ -57,7 +55,7 @@ class StyleBank:
 
     def __init__(
         self,
-        weights_name: str = checkpoint.SHIPPED,
+        weights_name: str = SHIPPED,
         bundled: Path | None = None,
         user: Path | None = None,
         weights: Path | None = None,
@@ -69,20 +67,40 @@ class StyleBank:
         self.bundled, self.user = bundled or BUNDLED, user or user_folder()
         own = own_motion_file(self.bundled)
         self.own_motion = read_own_motion(own if own.exists() else own_motion_file())
+        self._left_out: set[Path] = set()  # the user's files that cannot be used
         self.licences: dict[str, str] = {}  # of the styles, as their files say
         self._styles = self._bundled_styles()
         self.refresh()
 
     def refresh(self) -> None:
-        """Reads what has come into the user's folder since it was read."""
-        for path in sorted(self.user.glob("*.safetensors")):
-            if path.stem not in self._styles:
-                self._styles[path.stem] = self._read(path)
+        """Reads what has come into the user's folder since it was read. A file that cannot be used is left out, with a
+        warning that says what to do."""
+        self._read_new(self.user, self._read)
+
+    def _read_new(self, folder: Path, read: Callable[[Path], StyleClips]) -> None:
+        for path in sorted(folder.glob("*.safetensors")):
+            if path.stem in self._styles or path in self._left_out:
+                continue
+            try:
+                with tensor_file.understanding(path, "add the style again"):
+                    style = read(path)
+                    style.check_like(self._styles[OWN])
+                self._styles[path.stem] = style
+            except (ValueError, OSError) as error:
+                self._left_out.add(path)
+                warnings.warn(
+                    f"the style '{path.stem}' is left out: {error}; `patchwalk styles remove {path.stem}` removes it",
+                    stacklevel=4,
+                )
 
     def _bundled_styles(self) -> dict[str, StyleClips]:
         """Name -> style of those that come with Patchwalk."""
         paths = [path for folder in allowed(self.bundled) for path in (folder / self.name).glob("*.safetensors")]
-        return {path.stem: self._read(path) for path in sorted(paths)}
+        styles = {}
+        for path in sorted(paths):
+            with tensor_file.understanding(path, "reinstall Patchwalk"):
+                styles[path.stem] = self._read(path)
+        return styles
 
     def is_noncommercial(self, name: str) -> bool:
         """Whether a style is for non-commercial use only."""
@@ -106,19 +124,13 @@ class StyleBank:
     def __getitem__(self, name: str) -> StyleClips:
         """Raises ValueError, naming those spelt like it, for a style that is not there."""
         if name not in self._styles:
-            if (noncommercial(self.bundled) / self.name / f"{name}.safetensors").exists():
-                raise ValueError(f"the style '{name}' is for {NONCOMMERCIAL} use: start without --permissive to use it")
-            near = get_close_matches(name, self._styles, 3)
-            hint = f"did you mean {' or '.join(near)}?" if near else "`patchwalk styles list` shows what there is"
-            raise ValueError(f"unknown style '{name}': {hint}")
+            raise style_names.unknown_style(name, self._styles, self.bundled / self.name)
         return self._styles[name]
 
     def free_name(self, path: Path) -> str:
         """A name that no style has yet, made from a clip's file name."""
-        stem = (
-            re.sub(r"[^A-Za-z0-9_]+", "-", unicodedata.normalize("NFKD", path.stem)).strip("-_")[: NAME_LENGTH - 4]
-            or "style"
-        )
+        stem = re.sub(r"[^A-Za-z0-9_]+", "-", unicodedata.normalize("NFKD", path.stem)).strip("-_")
+        stem = (f"style-{stem}" if not stem or is_reserved(stem) else stem)[: NAME_LENGTH - 4].strip("-_")
         names = (stem, *(f"{stem}-{number}" for number in range(2, 1000)))
         return next(name for name in names if not self._taken(name))
 
@@ -127,12 +139,19 @@ class StyleBank:
         known = (*self._styles, *(path.stem for path in self.user.glob("*.safetensors")))
         return name.lower() in map(str.lower, known)  # not every file system tells cases apart
 
-    def add(self, name: str, *sources: str | Path | Clip, name_map: dict[str, str] | None = None) -> Added:
+    def add(
+        self,
+        name: str,
+        *sources: str | Path | Clip,
+        name_map: dict[str, str] | None = None,
+        fps: float | None = None,
+    ) -> Added:
         """Learns a style from one clip or several, of BVH files or in memory, and keeps it in the user's folder.
 
         Each kind of movement that a clip shows (sim.motion.gait.MOVEMENTS) becomes a clip of the style. A clip that
         walks in place gets its travel back.
-        name_map: our joint -> theirs, for a skeleton whose names are not known (sim.retarget.joint_names.load).
+        name_map: our joint -> theirs, for a skeleton whose names are not known (sim.retarget.joint_names.load); fps:
+        frames a second, believed in place of what the files say.
         Raises ValueError for a name that is none or is taken and for a clip that is none, OSError for a file that
         cannot be read or written."""
         from sim.motion.in_place import restore_travel  # here, because scipy would slow every start down
@@ -140,7 +159,7 @@ class StyleBank:
         self.check_new(name)
         if not sources:
             raise ValueError(f"style '{name}' needs a clip to learn from: name one BVH file or more")
-        clips = [source if isinstance(source, Clip) else load_clip(Path(source), name_map) for source in sources]
+        clips = [source if isinstance(source, Clip) else load_clip(Path(source), name_map, fps) for source in sources]
         clips = [restore_travel(clip, LOOP_SECONDS) for clip in clips]
         titles = [clip.name if isinstance(source, Clip) else Path(source).name for source, clip in zip(sources, clips)]
         movements, taken = [], []
@@ -151,7 +170,9 @@ class StyleBank:
                 raise ValueError(f"{title if isinstance(source, Clip) else source}: {error}") from error
             movements += found
             taken += ["{}: {} from {:.1f} to {:.1f} s".format(title, m.name, *m.seconds) for m in found]
-        windows = [m.windows.astype(np.float16) for m in movements]
+        with np.errstate(over="ignore"):  # what does not fit in half precision is refused in the next line
+            windows = [m.windows.astype(np.float16) for m in movements]
+        check_finite(sources[0] if not isinstance(sources[0], Clip) else titles[0], *windows)
         file = self.user / f"{name}.safetensors"
         write(
             file,
@@ -166,7 +187,11 @@ class StyleBank:
     def check_new(self, name: str) -> None:
         """Raises ValueError for what is no name of a style, or one that a style has."""
         if not NAME.fullmatch(name):
-            raise ValueError(f"'{name}' is no style name: use up to 40 letters, digits, - and _, not - or _ first")
+            raise ValueError(
+                f"'{shorten(name)}' is no style name: use up to 40 letters, digits, - and _, not - or _ first"
+            )
+        if is_reserved(name):
+            raise ValueError(f"'{name}' cannot be a style's name: it is kept for something else; choose another")
         if self._taken(name):
             raise ValueError(f"there is a style '{name}' already: choose another name, or remove that one first")
 
@@ -180,17 +205,12 @@ class StyleBank:
         return {"weights": self.fingerprint, "controller": self.controller}
 
     def remove(self, name: str) -> None:
-        """Forgets one of the user's own styles. Raises ValueError for a bundled or an unknown one."""
-        self[name]
-        path = self._file(name)
-        if not path.exists():
+        """Forgets one of the user's own styles, whether its file can be read or not. Raises ValueError for a bundled or
+        an unknown one."""
+        if not style_names.remove(name, self.user):
+            self[name]
             raise ValueError(f"'{name}' comes with Patchwalk and cannot be removed: only styles that you added can")
-        path.unlink()
-        del self._styles[name]
-
-    def _file(self, name: str) -> Path:
-        """Where a style of the user's own lies."""
-        return self.user / f"{name}.safetensors"
+        self._styles.pop(name, None)
 
     def _read(self, path: Path) -> StyleClips:
         header, tensors = read_checked(path)
@@ -203,13 +223,11 @@ class StyleBank:
                 )
             windows = read_windows(tensors)
             kept = {key: header[key] for key in ("licence", "source")}
-            write(
-                path,
-                header["name"],
-                encode_clips(self.model, windows, gait, self.own_motion),
-                kept | self._made_for,
-                windows,
-            )
+            style = encode_clips(self.model, windows, gait, self.own_motion)
+            try:
+                write(path, header["name"], style, kept | self._made_for, windows)
+            except OSError:  # a home that cannot be written: it is made again at the next start
+                return style
             return self._read(path)
         self.licences[path.stem] = header["licence"]
         return StyleClips(features_from(tensors), gait)

@@ -27,15 +27,14 @@ from stylizer.styles.style_file import (
     read_windows,
     write,
 )
+from stylizer.styles.style_names import POINTS, SAMPLED
 from stylizer.systems import checkpoint
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
 FOLDER = "codes"  # in a folder of styles: one file a network, all its codes in it
-POINTS = "key_points"  # in the user's folder: styles read from video
 SEEN = 4 / np.pi  # how much quicker a joint is than its picture, on the average over the views from all around
 # Of a style that no captured clip shows.
 UNKNOWN_GAIT = Gait(("walk",), np.zeros((1, 3)), np.zeros(1), np.zeros(1), no_cycles(1), None)
-SAMPLED = "drawn"  # what the names of styles drawn by chance begin with
 
 
 def build_codes(network: str, weights_folder: Path, data_dir: Path, out_dir: Path) -> list[str]:
@@ -99,9 +98,8 @@ class CodeBank(StyleBank):
 
     def refresh(self) -> None:
         super().refresh()
-        for path in sorted((self.user / POINTS).glob("*.safetensors")) if self.system.reads_key_points else ():
-            if path.stem not in self._styles:
-                self._styles[path.stem] = self._read_points(path)
+        if self.system.reads_key_points:
+            self._read_new(self.user / POINTS, self._read_points)
 
     @property
     def sampled(self) -> dict[str, str | None]:
@@ -129,21 +127,22 @@ class CodeBank(StyleBank):
             code = self.model.sample_code(label, np.random.default_rng((self.seed, place)))
             self._styles[name] = StyleClips(code[None], UNKNOWN_GAIT)
 
-    def add_points(self, folder: Path, name: str, fps: float = 30.0) -> None:
-        """Learns a style from a folder of OpenPose key points, `fps` frames a second. Raises ValueError or OSError."""
+    def add_points(self, path: Path, name: str, fps: float = 30.0) -> None:
+        """Learns a style from key points (see stylizer.styles.keypoint_files), `fps` frames a second. Raises ValueError
+        or OSError."""
         if not self.system.reads_key_points:
             raise ValueError(f"the {self.name} stylizer reads no key points: use --stylizer unpaired, or a BVH clip")
         from stylizer.styles import keypoints_2d
         from stylizer.systems.unpaired import POINTS as NAMES
 
         self.check_new(name)
-        windows = style_windows(keypoints_2d.read(folder, NAMES, fps)).astype(np.float16)
+        windows = style_windows(keypoints_2d.read_points(path, NAMES, fps)).astype(np.float16)
         file = self.user / POINTS / f"{name}.safetensors"
         write(
             file,
             name,
             StyleClips({}, UNKNOWN_GAIT),
-            {"weights": self.fingerprint, "licence": "the user's own video", "source": Path(folder).name},
+            {"weights": self.fingerprint, "licence": "the user's own video", "source": Path(path).name},
             [windows],
         )
         self._styles[name] = self._read_points(file)
@@ -151,10 +150,6 @@ class CodeBank(StyleBank):
     def _taken(self, name: str) -> bool:
         known = (path.stem.lower() for path in (self.user / POINTS).glob("*.safetensors"))
         return super()._taken(name) or name.lower() in known
-
-    def _file(self, name: str) -> Path:
-        of_video = self.user / POINTS / f"{name}.safetensors"
-        return of_video if of_video.exists() else super()._file(name)
 
     def _learned(self, windows: Sequence[np.ndarray], gait: Gait) -> StyleClips:
         return StyleClips({}, gait)  # the windows are enough: codes are made of them in a moment
@@ -175,6 +170,11 @@ class CodeBank(StyleBank):
             )
         if header.get("weights") != self.fingerprint:
             raise ValueError(f"{path} was computed with other stylizer weights: reinstall Patchwalk or train again")
+        with tensor_file.understanding(path, "reinstall Patchwalk"):
+            return self._codes(header, tensors)
+
+    def _codes(self, header: dict[str, str], tensors: dict[str, torch.Tensor]) -> dict[str, StyleClips]:
+        """Name -> style of a file of codes."""
         self._speeds |= json.loads(header["speeds"])
         self.licences |= {name: licence_of(CLIPS[name]) for name in json.loads(header["movements"]) if name in CLIPS}
         return {

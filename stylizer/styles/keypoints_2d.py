@@ -1,9 +1,9 @@
-"""Key points of a person in a video, as OpenPose writes them: one JSON file a frame, in the BODY_25 or the COCO order.
+"""Key points of a person in a video, as OpenPose, AlphaPose and MediaPipe find them.
 
 What becomes of them is what E_S^2D of Aberman et al. 2020 reads: POINTS of `stylizer.systems.unpaired`, in metres about
 the hips."""
 
-import json
+import warnings
 from functools import partial
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 
 from sim.motion.clip import FPS
+from stylizer.styles import keypoint_files
 
 RELIABLE = 0.1  # confidence under which a point counts as not seen
 LONGEST_GAP = 1.0  # seconds that a point may be missing; what lies between is a straight line
@@ -38,68 +39,42 @@ SOURCES = {
 }
 HEAD = (("REar", "LEar"), ("Nose",))  # the ears' middle, and where they are not seen the nose
 
-BODY_25 = (
-    "Nose Neck RShoulder RElbow RWrist LShoulder LElbow LWrist MidHip RHip RKnee RAnkle LHip LKnee LAnkle REye LEye "
-    "REar LEar LBigToe LSmallToe LHeel RBigToe RSmallToe RHeel"
-).split()
-COCO_18 = (
-    "Nose Neck RShoulder RElbow RWrist LShoulder LElbow LWrist RHip RKnee RAnkle LHip LKnee LAnkle REye LEye REar LEar"
-).split()
-COCO_17 = (
-    "Nose LEye REye LEar REar LShoulder RShoulder LElbow RElbow LWrist RWrist LHip RHip LKnee RKnee LAnkle RAnkle"
-).split()
-ORDERS = {len(order): order for order in (BODY_25, COCO_18, COCO_17)}
 
-
-def read(folder: Path, points: tuple[str, ...], fps: float = 30.0) -> np.ndarray:
+def read_points(path: Path, points: tuple[str, ...], fps: float = 30.0) -> np.ndarray:
     """`points` (frames, n, 2) at 60 Hz in metres about the hips, x to the right of the picture and y up, of the person
-    who is in most of the frames' files, which are taken in the order of their names, `fps` a second.
+    who is in most of the frames, which are `fps` a second. Of a video that nobody is seen in for longer than
+    LONGEST_GAP the longest part before or after it is taken, with a warning.
 
-    Raises ValueError, in one sentence, where a point is never seen or for too long not, or a file is none of
-    OpenPose's."""
-    files = sorted(Path(folder).glob("*.json"))
-    if (len(files) - 1) / fps < SHORTEST:
-        raise ValueError(
-            f"{folder} holds {len(files)} .json files: give one a frame, {SHORTEST:.1f} s of video or more"
-        )
-    frames = follow_person([people(path) for path in files])
-    order = ORDERS[frames.shape[1]]
-    seen = np.where(frames[..., 2:] > RELIABLE, frames[..., :2], np.nan)
-    named = {name: seen[:, index] for index, name in enumerate(order)}
-    found = np.stack([fill_gaps(point_of(named, name), name, folder, fps) for name in points], axis=1)
-    return normalize_points(steady(found, fps), points, folder, fps)
+    Raises OSError, or ValueError, in one sentence, where a point is never seen or for too long not, or the file is no
+    detector's (see stylizer.styles.keypoint_files)."""
+    video = keypoint_files.read_video(path)
+    persons = follow_person(video.frames)
+    part = longest_part(persons, LONGEST_GAP * fps)
+    if len(persons) - (part.stop - part.start) > LONGEST_GAP * fps:
+        seconds = (part.stop - part.start) / fps
+        warnings.warn(f"{path}: nobody is seen for over {LONGEST_GAP:g} s; {seconds:.1f} s are used", stacklevel=2)
+        persons = persons[part]
+    if (len(persons) - 1) / fps < SHORTEST:
+        raise ValueError(f"{path} holds {len(persons)} frames: give one a frame, {SHORTEST:.1f} s of video or more")
+    seen = np.where(persons[..., 2:] > RELIABLE, persons[..., :2], np.nan)
+    named = {name: seen[:, index] for index, name in enumerate(video.order)}
+    found = np.stack([fill_gaps(point_of(named, name), name, path, fps) for name in points], axis=1)
+    return normalize_points(steady(found, fps), points, path, fps)
 
 
-def people(path: Path) -> list[np.ndarray]:
-    """The persons in one frame, each (n, 3): x, y in pixels, y down, and confidence. Raises ValueError for another
-    file."""
-    try:
-        found = [
-            np.array(person["pose_keypoints_2d"], dtype=float).reshape(-1, 3)
-            for person in json.loads(path.read_text())["people"]
-        ]
-    except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(
-            f"{path} holds no OpenPose key points: give files as OpenPose's --write_json makes them"
-        ) from error
-    for person in found:
-        if len(person) not in ORDERS:
-            raise ValueError(f"{path} has {len(person)} points a person: give BODY_25 (25) or COCO (18 or 17)")
-    return found
+def longest_part(persons: np.ndarray, gap: float) -> slice:
+    """The frames of the longest part of persons (F, n, 3) within which nobody is unseen for more than `gap` frames."""
+    seen = np.flatnonzero((persons[..., 2] > RELIABLE).any(axis=1))
+    parts = np.split(seen, np.flatnonzero(np.diff(seen) > gap + 1) + 1)
+    longest = max(parts, key=len)
+    return slice(int(longest[0]), int(longest[-1]) + 1) if len(longest) else slice(0, len(persons))
 
 
 def follow_person(frames: list[list[np.ndarray]]) -> np.ndarray:
     """One person through all frames (F, n, 3): the surest of the first frame that has any, then who is nearest to where
-    they were. Where nobody is seen, confidence is 0. Raises ValueError where nobody ever is, or the order of points
-    changes."""
-    sizes = {len(person) for persons in frames for person in persons}
-    if len(sizes) != 1:
-        raise ValueError(
-            "nobody is seen in the key points: give a video of a person"
-            if not sizes
-            else "the key points change their order on the way: give one of BODY_25 and COCO for all frames"
-        )
-    result = np.zeros((len(frames), sizes.pop(), 3))
+    they were. Where nobody is seen, confidence is 0."""
+    points = next(len(person) for persons in frames for person in persons)
+    result = np.zeros((len(frames), points, 3))
     last: np.ndarray | None = None
     for frame, persons in enumerate(frames):
         if not persons:

@@ -229,6 +229,25 @@ class StyleClips:
         mixed = torch.mm(torch.from_numpy(weights[:, counting]), torch.from_numpy(clips))
         return mixed.numpy().reshape(-1, *self._numbers.shape[1:])
 
+    def check_like(self, own: "StyleClips") -> None:
+        """Raises ValueError where what is kept of its clips has other names or shapes than in another style of the same
+        network, as in a damaged file."""
+        clips = len(self.gait.movements)
+        ours, theirs = (
+            {"code": style.features[None]} if isinstance(style.features, Tensor) else style.features
+            for style in (self, own)
+        )
+        for name in ours.keys() | theirs.keys():
+            one, other = ours.get(name), theirs.get(name)
+            if one is None or other is None or one.shape[:1] + one.shape[2:] != other.shape[:1] + other.shape[2:]:
+                raise ValueError(f"'{name}' has another shape than in the own style")
+            if one.shape[1] != clips:
+                raise ValueError(f"'{name}' is kept of {one.shape[1]} clips, but the style has {clips}")
+        for name in ("root_velocities", "cadences", "runs", "cycles"):
+            values, wanted = getattr(self.gait, name), getattr(own.gait, name)
+            if values.shape != (clips, *wanted.shape[1:]):
+                raise ValueError("what is known of its gait has another shape than in the own style")
+
     @cached_property
     def _numbers(self) -> np.ndarray:
         """(n, 5, N) of all clips."""

@@ -111,6 +111,11 @@ def read_own_motion(path: Path) -> OwnMotion:
         raise ValueError(
             f"{path} does not hold the controller's motion: run 'patchwalk styles capture', or reinstall Patchwalk"
         )
+    with tensor_file.understanding(path, "run 'patchwalk styles capture', or reinstall Patchwalk"):
+        return _own_motion(header, tensors)
+
+
+def _own_motion(header: dict[str, str], tensors: dict[str, torch.Tensor]) -> OwnMotion:
     windows = read_windows(tensors)
     phases = np.split(tensors["phases"].double().numpy(), np.cumsum([len(each) for each in windows])[:-1])
     return OwnMotion(windows, phases, read_gait(header, tensors), header.get("controller", ""))
@@ -118,7 +123,7 @@ def read_own_motion(path: Path) -> OwnMotion:
 
 def read_checked(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
     """Header and tensors of a style file. Raises ValueError for one that was made for something else."""
-    header, tensors = checkpoint.read(path)
+    header, tensors = checkpoint.read(path, may_be_nan=("phases",))  # of movements without strides
     former = header.get("format") == FORMER_FORMAT and "windows" in tensors
     wanted = _expected() | ({"format": FORMER_FORMAT} if former else {})
     tensor_file.check_header(path, header, wanted, "remove the file and add the style again")

@@ -1,6 +1,7 @@
 """The stylizer's weight files: loaded by name, with a header that says what they are for."""
 
 import json
+import re
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,15 @@ from torch import Tensor
 
 from sim.body.skeleton import skeleton_hash
 from sim.io import tensor_file
-from sim.io.provenance import NONCOMMERCIAL, allowed, noncommercial
+from sim.io.bvh_parser import shorten
+from sim.io.provenance import NONCOMMERCIAL, SHIPPED, allowed, noncommercial
 from sim.motion.features import LAYOUT_VERSION
 from stylizer.networks.normalization import Scaled
 from stylizer.systems.registry import SYSTEMS, System
 
 FOLDER = Path(__file__).parents[1] / "weights"
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")  # of a weight file: never a path
 VERSION = "1"
-SHIPPED = "joints"  # the name of the network that is used unless another one is named
 STATISTICS = ("mean", "deviation")  # kept in float32
 # What weight files of earlier versions call a setting, and what the names of their arrays begin with.
 FORMER_SETTINGS = {"way": "root_units", "relative": "residual_output", "judge": "discriminator"}
@@ -42,13 +44,11 @@ def load(name: str = SHIPPED, folder: Path | None = None) -> tuple[Any, str]:
     header, tensors = read(path)
     tensor_file.check_header(path, header, _expected(), "train again")
     kind = _system(path, header).load_class()
-    settings = {FORMER_SETTINGS.get(key, key): value for key, value in json.loads(header["config"]).items()}
-    try:
+    with tensor_file.understanding(path, "reinstall, or train again"):
+        settings = {FORMER_SETTINGS.get(key, key): value for key, value in json.loads(header["config"]).items()}
         config = {key: tuple(value) if isinstance(value, list) else value for key, value in settings.items()}
         model = kind(kind.CONFIG(**config))
         model.load_state_dict({_present_name(name): value.float() for name, value in tensors.items()})
-    except (TypeError, RuntimeError) as error:  # a setting that there is no more, or layers that are others now
-        raise ValueError(f"{path} holds a network of another version of Patchwalk: train again") from error
     return model.eval(), tensor_file.fingerprint(path)
 
 
@@ -58,18 +58,17 @@ def system(name: str = SHIPPED, folder: Path | None = None) -> System:
     return _system(path, tensor_file.read_header(path))
 
 
-def read(path: Path) -> tuple[dict[str, str], dict[str, Tensor]]:
-    """Header and tensors of a file of weights, of a style or of codes. Raises ValueError, in one sentence, for a
-    damaged one."""
-    header, arrays = tensor_file.read(path)
+def read(path: Path, may_be_nan: tuple[str, ...] = ()) -> tuple[dict[str, str], dict[str, Tensor]]:
+    """Header and tensors of a file of weights, of a style or of codes, as sim.io.tensor_file.read checks them. Raises
+    ValueError, in one sentence, for a damaged one."""
+    header, arrays = tensor_file.read(path, may_be_nan)
     return header, {name: torch.from_numpy(array) for name, array in arrays.items()}
 
 
 def _system(path: Path, header: dict[str, str]) -> System:
     if header.get("model") not in SYSTEMS:
-        raise ValueError(
-            f"{path} was made for model '{header.get('model')}', not one of {', '.join(SYSTEMS)}: train again"
-        )
+        found = shorten(str(header.get("model")))
+        raise ValueError(f"{path} was made for model '{found}', not one of {', '.join(SYSTEMS)}: train again")
     return SYSTEMS[header["model"]]
 
 
@@ -87,6 +86,8 @@ def names() -> tuple[str, ...]:
 
 
 def _path(name: str, folder: Path | None) -> Path:
+    if not NAME.fullmatch(name):
+        raise ValueError(f"'{shorten(name)}' is no name of a stylizer: there are {', '.join(names())}")
     file = f"{name}.safetensors"
     path = next((each / file for each in allowed(folder or FOLDER) if (each / file).exists()), None)
     if path:

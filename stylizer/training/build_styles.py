@@ -11,7 +11,7 @@ import torch
 from sim.io import tensor_file
 from sim.io.provenance import noncommercial
 from stylizer.styles import own_style
-from stylizer.styles.bank import BUNDLED, own_motion_file
+from stylizer.styles.bank import own_motion_file
 from stylizer.styles.code_bank import FOLDER, encode_codes
 from stylizer.styles.encoding import refit_clips
 from stylizer.styles.own_style import OWN
@@ -25,6 +25,7 @@ from stylizer.styles.style_file import (
     write,
     write_own_motion,
 )
+from stylizer.styles.style_names import BUNDLED
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.motion_puzzle.model import MotionPuzzle

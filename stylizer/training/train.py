@@ -9,11 +9,11 @@ from typing import Callable, Sequence, TypeVar
 
 from tqdm import tqdm
 
+from sim.io.provenance import SHIPPED
 from stylizer.data.dataset import MotionData, pack
 from stylizer.runtime.catalogue import STYLES
 from stylizer.styles.bundled_styles import build_bundled
 from stylizer.styles.code_bank import build_codes
-from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.objective import RECIPES
 from stylizer.systems.registry import all_networks
 from stylizer.training.distributed import Processes, wait
@@ -21,7 +21,7 @@ from stylizer.training.train_joints import JointTrainer
 from stylizer.training.train_systems import SystemTrainer
 from stylizer.training.trainer import Trainer
 
-CHECKPOINT_SECONDS = 240
+FIRST_CHECKPOINT, CHECKPOINT_SECONDS = 30, 240  # of training, until the first one and between two
 
 # Trainers of the systems that have one recipe, by kind.
 ONE_RECIPE: dict[str, Callable[[MotionData, str, int], Trainer]] = {
@@ -39,7 +39,7 @@ def train(
     minutes: float = 60,
     resume: bool = False,
     seed: int = 1,
-    network: str = checkpoint.SHIPPED,
+    network: str = SHIPPED,
     recipe: str = "ours",
     leave_out: Sequence[str] = (),
     steps: int | None = None,
@@ -80,7 +80,8 @@ def train(
                 bar.n = min(round(done()), bar.total)
                 bar.set_postfix_str(" ".join(f"{key} {value:.3f}" for key, value in terms.items()))
                 bar.update(0)
-                if rank == 0 and (trainer.spent - saved > CHECKPOINT_SECONDS or done() >= budget):
+                interval = CHECKPOINT_SECONDS if saved else FIRST_CHECKPOINT
+                if rank == 0 and (trainer.spent - saved > interval or done() >= budget):
                     saved = trainer.spent
                     trainer.log(out_dir / "curve.csv")
                     trainer.keep(state)

@@ -1,8 +1,10 @@
 """The command line: a mistake is one line and status 2, help needs no torch, replays leave what they say."""
 
 import json
+import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -122,9 +124,89 @@ def test_an_own_style_of_another_controller_is_refused(line, folder, monkeypatch
 def test_a_failing_replay_keeps_the_older_file(folder, fake_models, monkeypatch):
     Path("out.npz").write_text("precious")
     monkeypatch.setattr("sim.io.poses_npz.to_arrays", lambda frames: 1 / 0)
-    with pytest.raises(ZeroDivisionError):  # a bug of ours may well show its traceback
-        cli.main("replay good.jsonl --headless --poses out.npz".split())
+    assert cli.main("replay good.jsonl --headless --poses out.npz".split()) == 1, "a mistake of ours, not the user's"
     assert Path("out.npz").read_text() == "precious" and not list(folder.glob(".patchwalk-*"))
+
+
+def test_a_mistake_of_ours_is_a_sentence_and_its_traceback_is_kept(folder, fake_models, monkeypatch, capsys):
+    monkeypatch.setenv("PATCHWALK_HOME", str(folder / "home"))
+
+    def fail(_):
+        raise KeyError("\x1b[31m" + "x" * 5000)
+
+    monkeypatch.setattr("sim.io.recording.read", fail)
+    assert cli.main("replay good.jsonl --headless".split()) == 1
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1 and "a mistake in Patchwalk (KeyError" in err and "error.log" in err
+    assert "\x1b" not in err and len(err) < 700
+    assert "Traceback" in (folder / "home" / "cache" / "error.log").read_text()
+
+
+def test_messages_have_a_length_and_steer_no_terminal(folder, monkeypatch, capsys):
+    def fail(_):
+        raise ValueError("\x1b]0;title\x07" + "long " * 50_000)
+
+    monkeypatch.setattr("sim.io.recording.read", fail)
+    assert cli.main("replay good.jsonl --headless".split()) == 2
+    err = capsys.readouterr().err
+    assert len(err) < 1100 and "\x1b" not in err and "\x07" not in err
+
+
+def test_warnings_of_a_kind_are_counted(folder, fake_models, monkeypatch, capsys):
+    def read(path):
+        for number in range(10):
+            warnings.warn(f"{path}{number}.bvh: frame {number}, 7 jumps away", stacklevel=1)
+        warnings.warn("something else", stacklevel=1)
+        raise ValueError("enough")
+
+    monkeypatch.setattr("sim.io.recording.read", read)
+    assert cli.main("replay good.jsonl --headless".split()) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 6 and lines[4:] == [
+        "patchwalk: enough",
+        "patchwalk: warning: and 7 more like it: frame jumps away",
+    ]
+
+
+def test_the_version_is_printed(capsys):
+    assert cli.main(["--version"]) == 0 and capsys.readouterr().out.startswith("patchwalk")
+
+
+@pytest.mark.parametrize(
+    "line, status",
+    [
+        ("styles list", 0),
+        ("--version", 0),
+        ("styles remove nothing", 2),
+        ("stylize walk.bvh --style arms=nothing -o out.bvh", 2),
+    ],
+)
+def test_what_needs_no_network_loads_none(folder, line, status):
+    script = f"""import sys
+from demo.cli import main
+status = main({line.split()})
+assert "torch" not in sys.modules and "scipy" not in sys.modules, "they take seconds to load"
+sys.exit(status)"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}
+    )
+    assert done.returncode == status, done.stderr
+
+
+def test_a_recordings_stylizer_is_a_name_and_no_path(folder, capsys):
+    Path("path.jsonl").write_text(GOOD.replace('"fps": 60', '"fps": 60, "stylizer": "../weights/joints"'))
+    assert cli.main("replay path.jsonl --headless".split()) == 2
+    assert "is no name of a stylizer" in capsys.readouterr().err
+
+
+def test_a_replay_draws_the_styles_by_the_recordings_seed(folder, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("tests.conftest.FakeStylizer.resample", lambda self, seed=None: drawn.append(seed))
+    monkeypatch.setattr(assemble, "build_session", fake_session)
+    Path("drawn.jsonl").write_text(GOOD.replace('"fps": 60', '"fps": 60, "seed": 3'))
+    for name in ("drawn.jsonl", "good.jsonl"):
+        assert cli.main(f"replay {name} --headless".split()) == 0
+    assert drawn == [3]
 
 
 def test_replay_writes_what_it_says(folder, fake_models, capsys):

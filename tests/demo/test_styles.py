@@ -53,7 +53,7 @@ def test_several_files_make_one_style_and_each_says_what_was_taken(clips, capsys
 @pytest.mark.parametrize(
     "words, said",
     [
-        ("points walk.bvh", "points is a folder: key points of a video are read with --stylizer unpaired"),
+        ("points walk.bvh", "points holds no BVH file: key points of a video are read with --stylizer unpaired"),
         ("walk.bvh nowhere.bvh", "nowhere.bvh: No such file"),
     ],
 )
@@ -79,7 +79,7 @@ class Points(CodeBank):
 def test_key_points_make_a_style_by_themselves(clips, capsys, monkeypatch):
     monkeypatch.setattr(catalogue, "load_bank", lambda name: Points())
     assert cli.main(["styles", "add", "walk.bvh", "points", "--name", "limp", "--stylizer", "unpaired"]) == 2
-    assert "points is a folder: key points make a style by themselves, so name it alone" in capsys.readouterr().err
+    assert "points holds key points, which make a style by themselves: name it alone" in capsys.readouterr().err
 
 
 def test_speeds_and_repetitions_are_no_movements_of_their_own():

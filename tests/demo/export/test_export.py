@@ -1,18 +1,19 @@
 """What a replay leaves behind: poses as designed, equal bytes for equal input, BVH and latency that read back."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from demo.export.export import WRITERS, Result, check_outputs
+from demo.export.export import WRITERS, Result, check_length, check_outputs
 from demo.figure.colours import part_colours
 from sim.body.kinematics import forward_kinematics, to_global
 from sim.body.skeleton import JOINTS, PARTS
 from sim.command import GAIT_SPEEDS, Command
 from sim.ground.catalogue import load_ground
-from sim.io import bvh
+from sim.io import bvh, poses_npz
 from sim.io.atomic_write import atomic_write
 from tests.conftest import fake_session
 from tests.support.fakes import fake_session as walker_session
@@ -37,7 +38,7 @@ def products(turns: np.ndarray) -> np.ndarray:
 
 
 def test_poses(result, tmp_path):
-    WRITERS["poses"](tmp_path / "a.npz", result)
+    poses_npz.write(tmp_path / "a.npz", result.frames)
     with np.load(tmp_path / "a.npz", allow_pickle=False) as file:
         poses = dict(file)
     frames = len(COMMANDS)
@@ -73,10 +74,46 @@ def test_equal_input_gives_equal_bytes(tmp_path):
     for name in ("a", "b"):
         session = fake_session()
         result = Result([session.step(command) for command in COMMANDS], session.latency, 0.0)
-        for kind in ("poses", "bvh"):
-            WRITERS[kind](tmp_path / f"{name}.{kind}", result)
+        poses_npz.write(tmp_path / f"{name}.poses", result.frames)
+        WRITERS["bvh"](tmp_path / f"{name}.bvh", result)
     assert (tmp_path / "a.poses").read_bytes() == (tmp_path / "b.poses").read_bytes()
     assert (tmp_path / "a.bvh").read_bytes() == (tmp_path / "b.bvh").read_bytes()
+
+
+def test_poses_are_written_as_they_come_and_are_the_same(result, tmp_path, monkeypatch):
+    poses_npz.write(tmp_path / "whole.npz", result.frames)
+    monkeypatch.setattr(poses_npz, "CHUNK", 7)
+    poses_npz.write(tmp_path / "parts.npz", result.frames)
+    assert (tmp_path / "whole.npz").read_bytes() == (tmp_path / "parts.npz").read_bytes()
+    with poses_npz.writer(tmp_path / "kept.npz") as add:
+        for frame in result.frames[:20]:
+            add(frame)
+        assert not (tmp_path / "kept.npz").exists(), "it appears whole"
+    assert len(np.load(tmp_path / "kept.npz")["positions"]) == 20
+
+
+def test_frames_that_are_not_finite_are_not_written(result, tmp_path):
+    broken = replace(result.frames[0], styled=result.frames[0].styled.with_body(np.full(3, np.nan), np.zeros((21, 4))))
+    for write in (
+        lambda: poses_npz.write(tmp_path / "a.npz", [broken]),
+        lambda: WRITERS["glb"](tmp_path / "a.glb", Result([broken], result.latency, 0.0)),
+        lambda: WRITERS["bvh"](tmp_path / "a.bvh", Result([broken], result.latency, 0.0)),
+    ):
+        with pytest.raises(ValueError, match="not finite"):
+            write()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind, name", [("bvh", "o.fbx"), ("bvh", "out"), ("glb", "out.gltf"), ("video", "out.bvh")])
+def test_an_ending_that_is_not_theirs_is_refused(tmp_path, kind, name):
+    with pytest.raises(ValueError, match=f"{name}"):
+        check_outputs({kind: tmp_path / name})
+
+
+def test_what_holds_all_frames_at_once_is_bounded(tmp_path):
+    check_length("day.jsonl", 24 * 3600 * 60, {"poses": tmp_path / "a.npz"})
+    with pytest.raises(ValueError, match="day.jsonl lasts 1440 minutes: bvh, glb and video hold 60 at most"):
+        check_length("day.jsonl", 24 * 3600 * 60, {"bvh": tmp_path / "a.bvh"})
 
 
 def test_bvh_is_the_styled_motion(result, tmp_path):

@@ -180,3 +180,25 @@ def test_the_window_streams_what_it_shows(screen, receiver):
         places = np.array(list(in_unity(received(receiver)).values()))
         np.testing.assert_allclose(places * [-1, 1, 1], frame.styled.positions, atol=1e-4)
     assert len(frames) == 6
+
+
+def test_an_address_that_nothing_can_be_sent_to_is_refused_at_once():
+    with pytest.raises(ValueError, match="cannot stream to '255.255.255.255'"):
+        vmc.Sender("255.255.255.255")
+
+
+def test_packets_that_cannot_be_sent_are_counted_and_said_once(monkeypatch):
+    sender = vmc.Sender("127.0.0.1")
+
+    def unreachable(*_):
+        raise OSError(101, "Network is unreachable")
+
+    monkeypatch.setattr(sender, "_socket", SimpleNamespace(sendto=unreachable))
+    session = fake_session()
+    for _ in range(3):
+        sender.send(session.step(Command()))
+    with pytest.warns(
+        UserWarning, match=r"\d+ packets could not be sent to 127.0.0.1: Network is unreachable"
+    ) as caught:
+        sender.report()
+    assert len(caught) == 1

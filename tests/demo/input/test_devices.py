@@ -5,9 +5,9 @@ import random
 import numpy as np
 import pygame
 import pytest
-from pygame._sdl2 import controller
+from pygame._sdl2 import controller, sdl2
 
-from demo.input.devices import Devices
+from demo.input.devices import Devices, take_events
 from demo.live import actions
 from demo.state import bindings, steering
 from demo.state.bindings import DEFAULT
@@ -334,3 +334,35 @@ def test_a_pad_that_is_there_from_the_start_counts_once(devices):
     assert again.handle(pygame.event.get()) == [], "its event of being added tells nothing new"
     pad.pull()
     again.handle(pygame.event.get())
+
+
+def test_a_gamepad_that_is_gone_when_it_is_opened_is_none(screen, monkeypatch):
+    """SDL's own module raises its own kind of error."""
+
+    def gone(_):
+        raise sdl2.error("Invalid index")
+
+    monkeypatch.setattr(controller, "get_count", lambda: 2)
+    monkeypatch.setattr(controller, "Controller", gone)
+    assert Devices().pad_name is None
+
+
+def test_events_that_pygame_stumbles_over_are_none(monkeypatch):
+    def stumble():
+        raise SystemError("<built-in function get> returned a result with an exception set")
+
+    monkeypatch.setattr(pygame.event, "get", stumble)
+    assert take_events() == []
+
+
+def test_a_pad_that_comes_as_another_goes_is_seen(screen):
+    first = VirtualPad()
+    devices = Devices()
+    devices.handle(pygame.event.get())
+    first.pull()
+    second = VirtualPad()
+    removed = [event for event in pygame.event.get() if event.type == pygame.CONTROLLERDEVICEREMOVED]
+    assert devices.handle(removed) == ["pad_removed"] and devices.pad_name, "announced under an old index"
+    second.pull()
+    devices.handle(pygame.event.get())
+    assert devices.pad_name is None

@@ -210,7 +210,7 @@ def test_the_same_file_again_gets_another_name(live, limp, tmp_path):
 
 
 BROKEN = {
-    "notes.txt": ("hello", "notes.txt cannot be a style: drop a motion as a .bvh file"),
+    "notes.txt": ("hello", "notes.txt cannot be a style: drop a motion as a .bvh, .glb or SMPL .npz file"),
     "empty.bvh": ("", "empty.bvh is not a whole BVH file: it has no MOTION line"),
     "crab.bvh": (
         "HIERARCHY\nROOT Claw\n{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\n}\nMOTION\nFrames: 1\n"

@@ -131,7 +131,7 @@ def test_a_recording_ends_when_the_window_is_closed(screen):
 
 
 def test_a_recording_that_cannot_be_written_is_said_on_screen(screen):
-    def refuse(path, stylizer, pace, ground):
+    def refuse(path, stylizer, pace, ground, seed):
         raise PermissionError(13, "Permission denied", str(path))
 
     live, _ = play(screen, {3: [key("r")]}, seconds=0.2, recorder_factory=refuse)

@@ -287,8 +287,8 @@ def test_bundled_presets_use_bundled_styles(tmp_path):
 @pytest.mark.parametrize(
     "content, said",
     [
-        ("[", "these are no presets"),
-        ("{}", "these are no presets"),
+        ("[", "not a JSON file"),
+        ("{}", "holds no presets"),
         (json.dumps({"format": "patchwalk-presets", "slots": {"9": {}}}), "slot 9"),
         (
             json.dumps({"format": "patchwalk-presets", "slots": {"1": {"name": "a", "style": {"tail": None}}}}),

@@ -201,12 +201,98 @@ def test_a_last_frame_cut_short_is_left_out(read):
         (TIDY.replace("Frame Time: 0.04\n", "Frame Time: 0.04\n1 2 3\n"), "line 24: 3 numbers where each frame has 12"),
         (TIDY + "1 2 3 4 5 6 7 8 9 10 11 twelve\n", "line 64: a frame holds something that is not a number"),
         (TIDY + "1 2 3 4 5 6 7 8 9 10 11 nan\n", "line 64: a frame holds something that is not a number"),
+        (TIDY + "1 2 3 4 5 6 7 8 9 10 11 1e300\n", "line 64: a frame holds something that is not a number"),
+        (TIDY.replace("OFFSET 5 0 -2", "OFFSET 5 1e308 0"), "line 12: the OFFSET of joint 'top' is too long"),
+        (TIDY.replace("OFFSET 5 0 -2", "OFFSET 5 inf 0"), "line 12: the OFFSET of joint 'top' is too long"),
+        (TIDY.replace("Frames: 40", "Frames: inf"), "line 22: 'Frames:' is inf, which is no count"),
+        (TIDY.replace("Frames: 40", "Frames: " + "9" * 400), "line 22: 'Frames:' is inf, which is no count"),
+        (TIDY.replace("Frame Time: 0.04", "Frame Time: inf"), "line 23: 'Frame Time: inf' is no time .* --fps"),
+        (TIDY.replace("Frame Time: 0.04", "Frame Time: 3600"), "line 23: 'Frame Time: 3600' is no time .* --fps"),
+        (TIDY.replace("Frame Time: 0.04", "Frame Time: 1.0"), "line 23: 'Frame Time: 1' is no time .* --fps"),
+        (TIDY.replace("Frame Time: 0.04", "Frame Time: 1e-300"), "line 23: .* is no time .* --fps"),
+        (TIDY.replace("CHANNELS 3 Zr", "CHANNELS 3 Zrotation Zrotation Zrotation\nCHANNELS 3 Zr", 1), "twice in a row"),
+        (TIDY.replace("JOINT top", "CHANNELS 1 Xposition\nJOINT top"), "line 10: joint 'middle' has CHANNELS already"),
+        (TIDY.replace("JOINT top\n", "JOINT a\n{\n}\n" * 1000 + "JOINT top\n"), "more than 1000 joints"),
+        (TIDY.replace("JOINT top\n", "JOINT a\n{\n" * 990 + "JOINT top\n"), "line 407: joints lie more than 200 deep"),
+        (TIDY.replace("JOINT top", "\x1b[31m" + "x" * 100_000), r"line 10: '\?\[31mx{32}\.\.\.' is not a BVH keyword"),
     ],
 )
 def test_a_bad_file_is_refused_in_one_sentence_with_its_place(read, broken, sentence):
     with pytest.raises(ValueError, match=sentence) as error:
         read(broken)
     assert "clip.bvh" in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "stated, fps, meaning",
+    [
+        ("16.667", 60, "milliseconds"),
+        ("33.3333", 30, "milliseconds"),
+        ("40", 25, "milliseconds"),
+        ("60", 60, "frames a second"),
+        ("120", 120, "frames a second"),
+        ("24", 24, "frames a second"),
+    ],
+)
+def test_a_frame_time_in_milliseconds_or_as_a_rate_is_read_with_a_warning(read, stated, fps, meaning):
+    with pytest.warns(UserWarning, match=f"line 23: .* read as {meaning}: .*--fps"):
+        assert read(TIDY.replace("Frame Time: 0.04", f"Frame Time: {stated}")).fps == pytest.approx(fps, rel=1e-4)
+
+
+def test_a_frame_rate_that_is_given_is_believed(tmp_path):
+    (tmp_path / "clip.bvh").write_text(TIDY.replace("Frame Time: 0.04", "Frame Time: 1.0"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert bvh.read(tmp_path / "clip.bvh", fps=30).fps == 30
+    with pytest.raises(ValueError, match="0 is no frame rate"):
+        bvh.read(tmp_path / "clip.bvh", fps=0)
+
+
+def test_channels_of_an_end_site_are_skipped(read):
+    none = TIDY.replace("OFFSET 0 7 1", "OFFSET 0 7 1\nCHANNELS 0")
+    np.testing.assert_allclose(tip(read(none)), tip_path(ORDERS), atol=1e-6)
+    head, frames = TIDY.split("0.04\n")
+    head = head.replace("OFFSET 0 7 1", "OFFSET 0 7 1\nCHANNELS 3 Xrotation Yrotation Zrotation")
+    some = head + "0.04\n" + frames.replace("\n", " 90 90 90\n")
+    np.testing.assert_allclose(tip(read(some)), tip_path(ORDERS), atol=1e-6)
+
+
+def test_a_motion_longer_than_half_an_hour_is_refused(read):
+    head, frames = TIDY.split("0.04\n")
+    row = frames.split("\n")[0] + "\n"
+    with pytest.raises(ValueError, match="46000 frames, 31 minutes of motion: cut it"):
+        read(head.replace("Frames: 40", "Frames: 46000") + "0.04\n" + row * 46000)
+
+
+def test_a_file_is_read_no_further_than_its_bound(read, monkeypatch):
+    monkeypatch.setattr(bvh, "MAX_MEGABYTES", 1)
+    with pytest.raises(ValueError, match="clip.bvh is larger than 1 MB"):
+        read(TIDY + " " * 1_000_001)
+
+
+def test_the_numbers_of_a_file_come_back_whichever_angles_they_are(read, tmp_path):
+    """Beyond a quarter turn of the middle axis, and round the circle, where a decomposition would choose others."""
+    text = TIDY.replace("\n0.", "\n400.")
+    motion = read(text)
+    motion.angles[:, 1] += [180.0, 0.0, 360.0]
+    motion = replace(motion, rotations=bvh._rotations(motion.channels, motion.angles))
+    bvh.write(tmp_path / "again.bvh", motion)
+    np.testing.assert_allclose(bvh.read(tmp_path / "again.bvh").angles, motion.angles, atol=1e-5)
+
+
+def test_joints_with_fewer_channels_are_written_in_them(read, tmp_path):
+    motion = read(sinusoidal(["xyzZXY", "X", "ZY"]))
+    turned = replace(motion, angles=None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bvh.write(tmp_path / "again.bvh", turned)
+    again = bvh.read(tmp_path / "again.bvh")
+    assert again.channels == motion.channels
+    np.testing.assert_allclose(tip(again), tip(motion), atol=1e-4)
+    sideways = rot.from_axis_angle(np.array([0.0, 0.0, 1.0]), 0.3)
+    turned.rotations[:, 1] = rot.multiply(turned.rotations[:, 1], sideways)
+    with pytest.warns(UserWarning, match="middle cannot turn every way"):
+        bvh.write(tmp_path / "again.bvh", turned)
 
 
 def test_a_missing_file_is_an_os_error(tmp_path):
@@ -254,10 +340,11 @@ def test_a_failing_write_leaves_the_old_file_and_no_litter(tmp_path, monkeypatch
     with pytest.raises(OSError):
         bvh.write(path, wild_clip(3))
     monkeypatch.undo()
-    one_axis = replace(read(TIDY), channels=[("Zrotation",)] * 3)
+    motion = read(TIDY)
     (tmp_path / "clip.bvh").unlink()
-    with pytest.raises(ValueError, match="'base' cannot be written"):
-        bvh.write(path, one_axis)
+    motion.positions[3, 0, 1] = np.nan
+    with pytest.raises(ValueError, match="out.bvh: .* are not finite"):
+        bvh.write(path, motion)
     assert path.read_text() == "precious" and [p.name for p in tmp_path.iterdir()] == ["out.bvh"]
 
 

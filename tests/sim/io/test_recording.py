@@ -1,6 +1,7 @@
 """Recorded input: the contract's example, the round trip, what a crash leaves, a sentence for each kind of bad file."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -293,3 +294,33 @@ def test_bad_recordings(write, text, number, said):
 def test_no_frames(write, text):
     with pytest.raises(ValueError, match="no frames"):
         read(write(text))
+
+
+def test_the_seed_of_drawn_styles_is_kept(tmp_path):
+    with Recorder(tmp_path / "a.jsonl", "latent", seed=7) as recorder:
+        recorder.write(Command())
+    assert read(tmp_path / "a.jsonl").seed == 7
+    with Recorder(tmp_path / "b.jsonl", "latent", seed=0) as recorder:
+        recorder.write(Command())
+    assert read(tmp_path / "b.jsonl").seed is None, "the one that a start has"
+
+
+@pytest.mark.parametrize("seed", ["1", 1.5, -1, True, 2**31])
+def test_a_seed_that_is_none_is_refused(tmp_path, seed):
+    path = tmp_path / "a.jsonl"
+    path.write_text(json.dumps({"format": "patchwalk-recording", "version": 1, "fps": 60, "seed": seed}) + "\n")
+    with pytest.raises(ValueError, match="line 1: seed is"):
+        read(path)
+
+
+def test_a_full_disk_names_the_recording(tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    recorder = Recorder(tmp_path / "a.jsonl")
+    with monkeypatch.context() as disk:
+        disk.setattr(recorder, "_file", SimpleNamespace(write=full, flush=lambda: None))
+        with pytest.raises(OSError) as caught:
+            recorder.write(Command())
+    recorder.close()
+    assert caught.value.filename == str(tmp_path / "a.jsonl")

@@ -25,7 +25,8 @@ from sim.math import rotations as rot
 from sim.motion.clip import Clip, facing_of
 from sim.retarget import joint_names
 from sim.retarget.retarget import load_clip, retarget
-from sim.retarget.source_skeleton import SourceBody
+from sim.retarget.source_skeleton import SourceBody, mirrored
+from tests.support.walker import walking_clip
 
 LEFT, UP, FORWARD = np.eye(3)
 THEIR_NAMES = tuple(f"Character1_{name}" for name in JOINTS)
@@ -181,6 +182,157 @@ def test_one_frame_is_enough():
     assert len(retarget(dressed(exercise()[:1], along_bones()))) == 1
 
 
+# ---- axes that differ from those of the bone before ----
+
+
+def turned_ends(turns: dict[str, np.ndarray]) -> np.ndarray:
+    """`along_bones`, but for joints that are turned in it by quaternions."""
+    frames = along_bones()
+    for name, turn in turns.items():
+        frames[INDEX[name]] = rot.multiply(frames[INDEX[name]], turn)
+    return frames
+
+
+QUARTER = {axis: rot.from_axis_angle(direction, np.pi / 2) for axis, direction in zip("xyz", np.eye(3))}
+ROLLED = {
+    "head axes permuted": {"Head": rot.multiply(QUARTER["x"], QUARTER["y"])},
+    "head turned": {"Head": QUARTER["z"]},
+    "hands rolled": {"LeftHand": QUARTER["x"], "RightHand": rot.inverse(QUARTER["x"])},
+    "forearms and hands rolled": {
+        side + name: QUARTER["x"] for side in ("Left", "Right") for name in ("ForeArm", "Hand")
+    },
+    "hands rolled over": {"LeftHand": rot.multiply(QUARTER["x"], QUARTER["x"])},
+    "shins rolled": {side + "Leg": QUARTER["x"] for side in ("Left", "Right")},
+    "toes turned": {side + "Toe": QUARTER["y"] for side in ("Left", "Right")},
+}
+
+
+@pytest.mark.parametrize("turns", ROLLED.values(), ids=ROLLED.keys())
+def test_joints_whose_axes_differ_from_the_bone_before_come_back(turns):
+    clip = exercise()
+    back = retarget(dressed(clip, turned_ends(turns)))
+    assert angle_between(back.global_rotations(), clip.global_rotations()).max() < 20.0
+    assert angle_between(back.global_rotations(), clip.global_rotations()).mean() < 3.0
+
+
+# ---- files that are not as they should be ----
+
+
+def turned(motion: bvh.Motion, turn: np.ndarray) -> bvh.Motion:
+    """The motion in other axes."""
+    positions, rotations = motion.positions.copy(), motion.rotations.copy()
+    positions[:, 0], rotations[:, 0] = rot.rotate(turn, positions[:, 0]), rot.multiply(turn, rotations[:, 0])
+    return replace(motion, positions=positions, rotations=rotations)
+
+
+@pytest.mark.parametrize(
+    "up, turn", [("-Y", (LEFT, np.pi)), ("X", (FORWARD, -np.pi / 2)), ("-Z", (LEFT, -np.pi / 2))], ids=["-y", "x", "-z"]
+)
+def test_a_body_along_another_axis_is_turned_upright_with_a_warning(up, turn):
+    walk = replace(walking_clip(240), fps=60)
+    motion = turned(bvh.from_clip(walk), rot.from_axis_angle(*turn))
+    with pytest.warns(UserWarning, match=f"stands along {up}"):
+        back = retarget(motion)
+    assert np.abs(back.positions()[..., 1] - walk.positions()[..., 1]).max() < 0.01
+
+
+def test_who_stands_on_the_hands_or_lies_is_left_as_it_is_and_that_is_said():
+    clip = exercise()
+    motion = turned(bvh.from_clip(clip), rot.from_axis_angle(FORWARD, np.pi / 2))  # lies still, head to -X
+    with pytest.warns(UserWarning, match="it lies along -X throughout, and was left so; if -X is up in the file"):
+        assert np.median(retarget(motion).positions()[:, INDEX["Head"], 0]) < -0.4
+    raised = clip.rotations.copy()
+    for side, sign in (("Left", 1), ("Right", -1)):
+        raised[:, INDEX[side + "Arm"]] = rot.from_axis_angle(FORWARD, sign * 1.5)
+        raised[:, INDEX[side + "ForeArm"]] = rot.IDENTITY
+    handstand = turned(bvh.from_clip(replace(clip, rotations=raised)), rot.from_axis_angle(LEFT, np.pi))
+    with pytest.warns(UserWarning, match="it hangs head down throughout"):
+        head, feet = retarget(handstand).positions()[:, [INDEX["Head"], INDEX["LeftFoot"]], 1].T
+    assert (head < feet).all()
+
+
+@pytest.mark.parametrize("frames", [plain, along_bones])
+def test_a_mirrored_file_is_mirrored_back_with_a_warning(frames):
+    clip = exercise()
+    with pytest.warns(UserWarning, match="mirrored"):
+        back = retarget(mirrored(dressed(clip, frames())))
+    assert angle_between(back.rotations[:, 1:], clip.rotations[:, 1:]).max() < 2.0
+
+
+ARMS_DOWN = {"LeftArm": -1.3, "RightArm": 1.3}
+
+
+def spoiled(frames: int = 60) -> tuple[Clip, bvh.Motion]:
+    """A walk whose arms hang, and its motion of its own to be spoiled."""
+    clip = walking_clip(frames)
+    for name, angle in ARMS_DOWN.items():
+        clip.rotations[:, INDEX[name]] = rot.from_axis_angle(FORWARD, angle)
+    return clip, bvh.from_clip(replace(clip, rotations=clip.rotations.copy()))
+
+
+@pytest.mark.parametrize(
+    "where, named, left",
+    [
+        (slice(0, 1), "frame 1 jumps", slice(1, None)),
+        (slice(0, 4), "frames 1 to 4 jump", slice(4, None)),
+        (slice(-1, None), "frame 60 jumps", slice(0, -1)),
+        (slice(20, 22), "frames 21 to 22 jump", slice(None)),
+    ],
+)
+def test_zeroed_frames_are_left_out_with_a_warning_that_names_them(where, named, left):
+    clip, motion = spoiled()
+    motion.positions[where, 0], motion.rotations[where] = 0.0, rot.IDENTITY
+    with pytest.warns(UserWarning, match=named):
+        back = retarget(motion)
+    assert np.abs(back.positions() - clip[left].positions()).max() < 0.01
+
+
+def test_spikes_of_the_root_are_left_out():
+    clip, motion = spoiled()
+    motion.positions[[10, 30, 31, 50], 0] += np.array([[1e5], [3e3], [-9e3], [1e6]])
+    with pytest.warns(UserWarning, match="frames 11, 31 to 32, 51 jump"):
+        assert np.abs(retarget(motion).positions() - clip.positions()).max() < 0.01
+
+
+def test_quick_movement_is_no_outlier(recwarn):
+    clip, motion = spoiled()
+    punch = 0.9 * np.sin(np.linspace(0, np.pi, 14))  # there and back within a quarter of a second
+    motion.rotations[20:34, INDEX["LeftArm"]] = rot.from_axis_angle(np.tile(FORWARD, (14, 1)), -1.3 + 1.6 * punch)
+    assert len(retarget(motion)) == len(clip) and not recwarn.list
+
+
+def test_a_leap_that_no_outlier_explains_is_refused():
+    clip, motion = spoiled()
+    motion.positions[30:, 0] += 1e5
+    with pytest.raises(ValueError, match="leaps 1.* m within a frame at 0.48 s"):
+        retarget(motion)
+
+
+def test_four_feet_are_refused():
+    clip, motion = spoiled()
+    motion.rotations[:, 0] = rot.from_axis_angle(LEFT, np.pi / 2)  # the trunk lies, limbs stand
+    for side, sign in (("Left", 1), ("Right", -1)):
+        motion.rotations[:, INDEX[side + "UpLeg"]] = rot.from_axis_angle(LEFT, -np.pi / 2)
+        motion.rotations[:, INDEX[side + "Arm"]] = rot.from_axis_angle(UP, -sign * np.pi / 2)
+        motion.positions[:, INDEX[side + "Hand"]] *= 2.0
+    with pytest.raises(ValueError, match="four feet"):
+        retarget(motion)
+
+
+@pytest.mark.parametrize(
+    "name, sentence",
+    [
+        ("LeftLeg", "joints 'LeftUpLeg' and 'LeftLeg' lie in one place"),
+        ("RightHand", "joints 'RightForeArm' and 'RightHand' lie in one place"),
+    ],
+)
+def test_bones_without_length_are_refused_by_name(name, sentence):
+    _, motion = spoiled()
+    motion.positions[:, INDEX[name]] = 0.0
+    with pytest.raises(ValueError, match=sentence):
+        retarget(motion)
+
+
 # ---- names ----
 
 LIMBS = {
@@ -298,7 +450,7 @@ def test_a_bad_map_file_is_refused(tmp_path, text, sentence):
 def test_a_map_file_serves_where_the_names_are_unknown(tmp_path):
     clip, names = exercise(), [f"bone{j}" for j in range(JOINT_COUNT)]
     bvh.write(tmp_path / "odd.bvh", dressed(clip, along_bones(), names=names))
-    with pytest.raises(ValueError, match="odd.bvh.*not known"):
+    with pytest.warns(UserWarning, match="odd.bvh: its joints were told by the skeleton's shape"):
         load_clip(tmp_path / "odd.bvh")
     (tmp_path / "map.json").write_text(json.dumps(dict(zip(JOINTS, names, strict=True))))
     mapped = load_clip(tmp_path / "odd.bvh", joint_names.load(tmp_path / "map.json"))

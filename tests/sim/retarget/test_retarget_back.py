@@ -11,6 +11,7 @@ from sim.math import rotations as rot
 from sim.motion.clip import Clip
 from sim.retarget.retarget import retarget
 from sim.retarget.retarget_back import retarget_back
+from sim.retarget.source_skeleton import mirrored
 from tests.support.walker import walking_clip
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -107,3 +108,29 @@ def test_feet_move_as_far_as_ours_by_leg_length(motion):
     for name in ("Hips", "LeftFoot", "RightFoot"):
         expected = rot.rotate(axes, wanted[:, INDEX[name]]) * scale
         assert np.abs(expected).max() > 1 and np.abs(got[:, motion.names.index(name)] - expected).max() < 0.05
+
+
+def test_the_files_own_numbers_come_back_where_nothing_was_restyled(motion, tmp_path):
+    """Whichever of the angles that tell a rotation the file has, also beyond a quarter turn of the middle one."""
+    bvh.write(tmp_path / "first.bvh", motion)
+    lines = (tmp_path / "first.bvh").read_text().splitlines()
+    start = next(number for number, line in enumerate(lines) if line.startswith("Frame Time")) + 1
+    values = np.array([line.split() for line in lines[start:]], float)
+    values[:, -3:] = values[:, -3:] * [1, -1, 1] + [180.0, 180.0, -180.0]  # the same rotation, told otherwise
+    rows = [" ".join(f"{value:.6f}" for value in row) for row in values]
+    (tmp_path / "file.bvh").write_text("\n".join(lines[:start] + rows) + "\n")
+    file = bvh.read(tmp_path / "file.bvh")
+    content = on_ours(file)
+    for change in ({}, {"RightArm": -0.5}):
+        bvh.write(tmp_path / "back.bvh", retarget_back(file, content, styled(content, **change)))
+        back = (tmp_path / "back.bvh").read_text().splitlines()[start:]
+        same = np.abs(np.array([line.split() for line in back], float) - values).max(axis=0) < 1e-5
+        assert same.all() if not change else 0 < (~same).sum() <= 12
+
+
+def test_a_mirrored_file_comes_back_as_mirrored_as_it_was(motion):
+    file = mirrored(motion)
+    with pytest.warns(UserWarning, match="mirrored"):
+        content = on_ours(file)
+    back = retarget_back(file, content, content)
+    assert np.abs(back.global_transforms()[0] - file.global_transforms()[0]).max() < 1e-6

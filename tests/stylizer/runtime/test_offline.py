@@ -1,5 +1,7 @@
 """Restyling whole clips: what is not asked for stays, nothing seams, and styles of any length are read."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -7,9 +9,16 @@ import torch
 from sim.body.skeleton import PART_NAMES, PARTS
 from sim.io import bvh
 from sim.math import rotations as rot
-from sim.motion.features import clip_features
+from sim.motion.features import LAYOUT, clip_features
 from stylizer.runtime import overlap
-from stylizer.runtime.offline import ResolvedStyle, encode_clip, evaluate_by_part, resolve_styles, stylize
+from stylizer.runtime.offline import (
+    ResolvedStyle,
+    apply_styled,
+    encode_clip,
+    evaluate_by_part,
+    resolve_styles,
+    stylize,
+)
 from tests.support.walker import walking_clip
 
 
@@ -119,6 +128,7 @@ def test_stylize_writes_on_either_skeleton(bank, walk_file, tmp_path, monkeypatc
     from demo import cli
 
     monkeypatch.setattr("stylizer.runtime.catalogue.load_bank", lambda name: bank)
+    monkeypatch.setattr("stylizer.styles.style_names.BUNDLED", bank.bundled)
     for extra in ([], ["--retarget-back"]):
         out = tmp_path / "out.bvh"
         assert (
@@ -138,3 +148,37 @@ def test_stylize_writes_on_either_skeleton(bank, walk_file, tmp_path, monkeypatc
             == 0
         )
         assert len(bvh.read(out)) == 240 and f"wrote {out}" in capsys.readouterr().out
+
+
+def test_a_network_that_leaps_moves_no_joint_farther_than_the_content_goes_and_a_little(bank):
+    """Half turns of an arm from one frame to the next, told either way round the circle."""
+    walk = walking_clip(120)
+    styled = clip_features(walk)
+    leaps = rot.from_axis_angle(np.array([0.0, 0.0, 1.0]), np.where(np.arange(120) % 40 < 20, 3.0, -3.0))
+    axes = rot.from_6d(styled[:, 14, LAYOUT["rotation"]])
+    styled[:, 14, LAYOUT["rotation"]] = rot.to_6d(rot.multiply(leaps, axes))
+    quickest = [
+        np.linalg.norm(np.diff(clip.positions(), axis=0), axis=-1).max()
+        for clip in (walk, apply_styled(walk, styled, np.ones(5)))
+    ]
+    assert quickest[0] < quickest[1] < quickest[0] + 0.03
+
+
+def test_where_the_body_is_not_upright_it_keeps_its_own_motion():
+    walk = walking_clip(200)
+    flip = rot.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.interp(np.arange(200), [60, 140], [0, -2 * np.pi]))
+    rotations = walk.rotations.copy()
+    rotations[:, 0] = rot.multiply(flip, rotations[:, 0])
+    flipping = replace(walk, rotations=rotations, hips=walk.hips + [0.0, 1.0, 0.0])
+    styled = clip_features(flipping)
+    axes = rot.from_6d(styled[:, 14, LAYOUT["rotation"]])
+    styled[:, 14, LAYOUT["rotation"]] = rot.to_6d(rot.multiply(rot.from_axis_angle(np.eye(3)[2], 0.5), axes))
+    turned = turn(apply_styled(flipping, styled, np.ones(5)), flipping)[:, 14]
+    down = rot.rotate(flip, np.array([0.0, 1.0, 0.0]))[:, 1] < 0
+    assert turned[down].max() < 0.03 < 0.45 < turned[:40].min()
+
+
+def test_a_clip_of_a_frame_or_two_is_no_style(bank, tmp_path):
+    bvh.write(tmp_path / "short.bvh", walking_clip(2))
+    with pytest.raises(ValueError, match="short.bvh: the clip is too short to show a movement"):
+        resolve_styles(bank, {"spine": str(tmp_path / "short.bvh")})

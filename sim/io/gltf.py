@@ -1,0 +1,274 @@
+"""Motion in glTF 2.0 files (.glb, .gltf): the skeleton of one animation, as a general motion.
+
+Read by hand because it is little, and because pygltflib takes a quarter of a minute for a file of fifty animations;
+sections are the specification's. Joints are given the axes of the world in the bind pose, so that the zero pose of the
+motion is the one that the figure is modelled in."""
+
+import base64
+import json
+import struct
+import warnings
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim.io.bvh import Motion
+from sim.io.bvh_parser import (
+    LARGEST_NUMBER,
+    MAX_DEPTH,
+    MAX_JOINTS,
+    MAX_SECONDS,
+    POSITION_ORDER,
+    ROTATION_ORDER,
+    shorten,
+)
+from sim.io.checks import count_names
+from sim.math import rotations as rot
+
+MAX_MEGABYTES = 256
+MEGABYTE = 1_000_000
+KEY_RATES = (24, 25, 30, 50, 60, 90, 100, 120)  # frames a second: the one that the keys are nearest to is read
+TYPES: dict[int, Any] = {
+    5120: np.int8,
+    5121: np.uint8,
+    5122: np.int16,
+    5123: np.uint16,
+    5125: np.uint32,
+    5126: np.float32,
+}
+COLUMNS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
+PATHS = {"translation": 3, "rotation": 4}
+
+
+def read(path: str | Path, fps: float | None = None, animation: str | None = None) -> Motion:
+    """The named animation of a glTF file, None for its longest, at the rate of its keys or at `fps`.
+
+    Raises OSError, or ValueError, naming the file, for what is no glTF file with an animated skeleton."""
+    path = Path(path)
+    try:
+        return _motion(_File(path), animation, fps)
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, struct.error) as error:
+        if isinstance(error, ValueError) and str(path) in str(error):
+            raise
+        raise ValueError(f"{path} is no glTF file that can be read: {shorten(str(error))}") from error
+
+
+class _File:
+    """The document of a file, and the numbers that its accessors point at."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self._blob = path, b""
+        with open(path, "rb") as file:
+            data = file.read(MAX_MEGABYTES * MEGABYTE + 1)
+        if len(data) > MAX_MEGABYTES * MEGABYTE:
+            raise ValueError(f"{path} is larger than {MAX_MEGABYTES} MB: export the skeleton and its animation alone")
+        if data[:4] == b"glTF":  # sec. 4.4
+            data, self._blob = self._chunks(data)
+        self.document: dict[str, Any] = json.loads(data.decode("utf-8-sig"))
+        self.nodes: list[dict[str, Any]] = self.document.get("nodes", [])
+
+    def _chunks(self, data: bytes) -> tuple[bytes, bytes]:
+        found: dict[bytes, bytes] = {}
+        start = 12
+        while start + 8 <= len(data):
+            length, kind = struct.unpack_from("<I4s", data, start)
+            found.setdefault(kind, data[start + 8 : start + 8 + length])
+            start += 8 + length
+        return found[b"JSON"], found.get(b"BIN\0", b"")
+
+    def numbers(self, number: int) -> np.ndarray:
+        """(n, columns) of an accessor (sec. 3.6.2), integers as shares of their range."""
+        accessor = self.document["accessors"][number]
+        view = self.document["bufferViews"][accessor["bufferView"]]
+        data = self._buffer(view["buffer"])
+        kind, columns = np.dtype(TYPES[accessor["componentType"]]), COLUMNS[accessor["type"]]
+        start, count = view.get("byteOffset", 0) + accessor.get("byteOffset", 0), accessor["count"]
+        stride = view.get("byteStride") or columns * kind.itemsize
+        needed = start + stride * (count - 1) + columns * kind.itemsize
+        if count < 1 or start < 0 or stride < columns * kind.itemsize or needed > len(data):
+            raise ValueError(f"accessor {number} reaches beyond its buffer")
+        strides = (stride, kind.itemsize)
+        values = np.ndarray((count, columns), kind.newbyteorder("<"), data, start, strides).astype(float)
+        if kind.kind != "f":
+            values = np.maximum(values / float(np.iinfo(kind).max), -1.0)
+        if not (np.abs(values) <= LARGEST_NUMBER).all():
+            raise ValueError(f"accessor {number} holds numbers that are no motion's")
+        return values
+
+    def _buffer(self, number: int) -> bytes:
+        """The bytes of a buffer: in the .glb, in the text, or in a file in the same folder."""
+        uri = self.document["buffers"][number].get("uri")
+        if uri is None:
+            return self._blob
+        if uri.startswith("data:"):
+            return base64.b64decode(uri.partition(",")[2])
+        if Path(uri).name != uri:
+            raise ValueError(f"{self.path}: its numbers lie in '{shorten(uri)}', which has to be a file beside it")
+        with open(self.path.parent / uri, "rb") as file:
+            return file.read(MAX_MEGABYTES * MEGABYTE)
+
+
+def _motion(file: _File, name: str | None, fps: float | None) -> Motion:
+    parents = _parents(file.nodes)
+    animation, times = _chosen(file, name)
+    joints = _joints(file, parents, animation)
+    fps = fps or _rate(times)
+    frames = np.arange(int(max(each[-1] for each in times) * fps + 1e-6) + 1) / fps
+    rest = [_rest(file.nodes[joint]) for joint in joints]
+    positions, rotations = (np.tile(np.array([each[which] for each in rest]), (len(frames), 1, 1)) for which in (0, 1))
+    place = {joint: index for index, joint in enumerate(joints)}
+    for channel in animation["channels"]:
+        joint, kind = channel["target"].get("node"), channel["target"]["path"]
+        if joint in place and kind in PATHS:
+            sampler = animation["samplers"][channel["sampler"]]
+            values = file.numbers(sampler["output"])
+            sampled = _sampled(times[channel["sampler"]], values, sampler.get("interpolation"), frames, kind)
+            (positions if kind == "translation" else rotations)[:, place[joint]] = sampled
+    above = [place.get(parents[joint], -1) for joint in joints]
+    positions *= _scales(file.nodes, joints, above)[:, None]
+    names = [str(file.nodes[joint].get("name") or f"node{joint}") for joint in joints]
+    return _in_world_axes(names, above, positions, rotations, [turn for _, turn in rest], fps)
+
+
+def _parents(nodes: list[dict[str, Any]]) -> list[int]:
+    """The parent of each node, -1 for none. Raises ValueError for nodes that are no tree."""
+    parents = [-1] * len(nodes)
+    for number, node in enumerate(nodes):
+        for child in node.get("children", ()):
+            if not 0 <= child < len(nodes) or parents[child] >= 0:
+                raise ValueError("its nodes are no tree")
+            parents[child] = number
+    for place in range(len(nodes)):
+        depth = 0
+        while place >= 0:
+            place, depth = parents[place], depth + 1
+            if depth > MAX_DEPTH:
+                raise ValueError(f"its nodes lie more than {MAX_DEPTH} deep, or in a circle")
+    return parents
+
+
+def _chosen(file: _File, name: str | None) -> tuple[dict[str, Any], list[np.ndarray]]:
+    """The animation of a name, or the longest, with a warning where there are others; the times of its samplers."""
+    animations = {
+        str(each.get("name") or number): each for number, each in enumerate(file.document.get("animations", ()))
+    }
+    if not animations:
+        raise ValueError(f"{file.path} holds no animation: export one with the skeleton")
+    if name is not None and name not in animations:
+        near = get_close_matches(name, animations, 3) or list(animations)
+        raise ValueError(f"{file.path} has no animation '{shorten(name)}': there are {count_names(near, 10)}")
+    times = {
+        each: [file.numbers(sampler["input"])[:, 0] for sampler in animations[each]["samplers"]]
+        for each in ([name] if name is not None else animations)
+    }
+    lasting = {each: max((float(keys[-1]) for keys in of_each), default=0.0) for each, of_each in times.items()}
+    chosen = max(lasting, key=lambda each: lasting[each])
+    if name is None and len(animations) > 1:
+        warnings.warn(
+            f"{file.path} holds {len(animations)} animations, of which the longest, '{shorten(chosen)}', is read; "
+            f"name another as {file.path.name}#NAME: {count_names(animations, 10)}",
+            stacklevel=5,
+        )
+    if not 0 <= lasting[chosen] <= MAX_SECONDS:
+        raise ValueError(f"it lasts {lasting[chosen] / 60:.0f} minutes: cut it to {MAX_SECONDS // 60} at most")
+    if any((np.diff(keys) < 0).any() for keys in times[chosen]):
+        raise ValueError("its keys go back in time")
+    return animations[chosen], times[chosen]
+
+
+def _joints(file: _File, parents: list[int], animation: dict[str, Any]) -> list[int]:
+    """The nodes of the animated skeleton, parents first: what the animation moves, what skins hang on, all above."""
+    wanted = {channel["target"].get("node") for channel in animation["channels"] if channel["target"]["path"] in PATHS}
+    wanted |= {joint for skin in file.document.get("skins", ()) for joint in skin["joints"]}
+    depths: dict[int, int] = {}
+    for node in [node for node in wanted if node is not None and 0 <= node < len(parents)]:
+        above = [node]
+        while parents[above[-1]] >= 0:
+            above.append(parents[above[-1]])
+        depths |= {each: len(above) - place for place, each in enumerate(above)}
+    if not 0 < len(depths) <= MAX_JOINTS:
+        raise ValueError(f"its animation moves no skeleton of at most {MAX_JOINTS} joints")
+    return sorted(depths, key=lambda node: (depths[node], node))
+
+
+def _rate(times: list[np.ndarray]) -> float:
+    """The frame rate that the keys are set at, of the usual ones."""
+    steps = np.concatenate([np.diff(each) for each in times] or [np.zeros(0)])
+    steps = steps[steps > 1e-4]
+    if not len(steps):
+        return 30.0
+    return float(min(KEY_RATES, key=lambda rate: abs(np.log(rate * np.median(steps)))))
+
+
+def _rest(node: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Translation (3,) and rotation (4,) of a node."""
+    if "matrix" in node:
+        matrix = np.array(node["matrix"], dtype=float).reshape(4, 4).T
+        axes = matrix[:3, :3] / np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-12)
+        return matrix[:3, 3], rot.from_matrix(axes)
+    turn = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float).reshape(4)
+    return np.array(node.get("translation", (0.0, 0.0, 0.0)), dtype=float).reshape(3), rot.normalize(np.roll(turn, 1))
+
+
+def _sampled(
+    times: np.ndarray, values: np.ndarray, interpolation: str | None, frames: np.ndarray, kind: str
+) -> np.ndarray:
+    """Values (frames, 3 or 4) of a sampler at times in seconds (sec. 3.11); quaternions in our order."""
+    cubic = interpolation == "CUBICSPLINE"
+    values = values.reshape(len(times), 3 if cubic else 1, PATHS[kind])
+    if kind == "rotation":
+        values = np.roll(values, 1, axis=-1)
+    keys = values[:, 1 if cubic else 0]
+    if kind == "rotation" and not cubic:
+        keys = rot.make_continuous(rot.normalize(keys))
+    if len(times) == 1:
+        return np.tile(keys[0], (len(frames), 1))
+    after = np.searchsorted(times, frames, side="right").clip(1, len(times) - 1)
+    span = np.maximum(times[after] - times[after - 1], 1e-9)
+    share = ((frames - times[after - 1]) / span).clip(0.0, 1.0)[:, None]
+    first, last = keys[after - 1], keys[after]
+    if interpolation == "STEP":
+        result = np.where(share < 1.0, first, last)
+    elif cubic:
+        out, into = values[after - 1, 2] * span[:, None], values[after, 0] * span[:, None]
+        s2, s3 = share**2, share**3
+        result = (2 * s3 - 3 * s2 + 1) * first + (s3 - 2 * s2 + share) * out
+        result += (3 * s2 - 2 * s3) * last + (s3 - s2) * into
+    else:
+        result = rot.slerp(first, last, share) if kind == "rotation" else first + share * (last - first)
+    return rot.normalize(result) if kind == "rotation" else result
+
+
+def _scales(nodes: list[dict[str, Any]], joints: list[int], above: list[int]) -> np.ndarray:
+    """(J,) by how much the nodes above each joint scale its bone."""
+    own = [float(np.mean(np.abs(np.array(nodes[joint].get("scale", 1.0), dtype=float)))) for joint in joints]
+    result: list[float] = []
+    for parent in above:
+        result.append(result[parent] * own[parent] if parent >= 0 else 1.0)
+    return np.array(result)
+
+
+def _in_world_axes(
+    names: list[str],
+    above: list[int],
+    positions: np.ndarray,
+    rotations: np.ndarray,
+    rest: list[np.ndarray],
+    fps: float,
+) -> Motion:
+    """The motion with axes that lie as the world's do in the bind pose."""
+    bind: list[np.ndarray] = []
+    turned, moved = rotations.copy(), positions.copy()
+    for joint, parent in enumerate(above):
+        before = bind[parent] if parent >= 0 else rot.IDENTITY
+        bind.append(rot.multiply(before, rest[joint]))
+        turned[:, joint] = rot.multiply(rot.multiply(before, rotations[:, joint]), rot.inverse(bind[joint]))
+        moved[:, joint] = rot.rotate(before, positions[:, joint])
+    travels = np.ptp(moved, axis=0).max(axis=-1) > 0
+    channels: list[tuple[str, ...]] = [
+        POSITION_ORDER + ROTATION_ORDER if travels[joint] or parent < 0 else ROTATION_ORDER
+        for joint, parent in enumerate(above)
+    ]
+    return Motion(names, above, np.median(moved, axis=0), {}, channels, fps, moved, turned)
