@@ -180,8 +180,8 @@ def _planted_speed(motion: Motion) -> np.ndarray:
 def _speed_on_slope(trial: Trial) -> float:
     """The speed as a share of what the stick asks for on the slopes that it went over."""
     start = _frames(WAIT + SETTLED_SECONDS)
-    speeds = np.linalg.norm(trial.neutral.velocity[start:], axis=1)
-    return float(speeds.sum() / np.linalg.norm(trial.wanted[start:], axis=1).sum())
+    went, wanted = (np.linalg.norm(each[start:], axis=1).sum() for each in (trial.neutral.velocity, trial.wanted))
+    return float(went / wanted) if wanted else 1.0
 
 
 def _head_pitch(motion: Motion) -> np.ndarray:

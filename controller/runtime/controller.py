@@ -18,9 +18,15 @@ from sim.body.pose import Pose
 from sim.command import Command, Commands
 from sim.ground.ground import Ground
 from sim.math import rotations as rot
+from sim.math.easing import ramp
+from sim.math.springs import decay
+from sim.motion.clip import FPS
 from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.torch_setup import set_up_torch
 
+LOW_HIPS = (0.04, 0.1)  # metres below the standing pose's, between which hips that should be upright are too low
+GETTING_UP_HALFLIFE = 0.15  # seconds in which they come half of the way
+HIPS_HEIGHT = 1  # of a body's numbers
 SETTLE_FRAMES = 180  # frames of standing before the first one shown, so that the character starts alive and at ease
 
 
@@ -35,7 +41,8 @@ class PhaseFunctionedController:
         self.ground: Ground | None = None  # level floor
         self._leading: tuple[int, ...] = ()  # axes of every array: none for one character
         # What a restart begins from: the phase; positions and velocities (..., POSE_SIZE) of the last output; the idle.
-        self._start = np.zeros(()), network.standing.numpy(), Idle(network.idle.numpy().astype(float))
+        self._standing = network.standing.numpy()
+        self._start = np.zeros(()), self._standing, Idle(network.idle.numpy().astype(float))
         self.restart()
         for _ in range(SETTLE_FRAMES):
             self.step(Command())
@@ -110,11 +117,20 @@ class PhaseFunctionedController:
             x[..., INPUT_SLICES[name]] = values.reshape(*self._leading, -1)
         x[..., POSE] = self.body
         y = self.network(x, self.phase)
-        self.body = y[..., :POSE_SIZE]
+        self.body = self._get_up(y[..., :POSE_SIZE])
         y = y.astype(float)
         output = {name: y[..., where].reshape(*self._leading, *OUTPUT[name]) for name, where in OUTPUT_SLICES.items()}
         output["contacts"] = 1 / (1 + np.exp(-output["contacts"]))
         return output
+
+    def _get_up(self, body: np.ndarray) -> np.ndarray:
+        """The body (..., POSE_SIZE) that the network sees next: of one who is to stand upright and does not, nearer to
+        the standing pose. Nobody in the captured motion gets up from a crouch but by walking on."""
+        low = ramp(self._standing[HIPS_HEIGHT] - body[..., HIPS_HEIGHT], *LOW_HIPS) * self.trajectory.standing
+        if not np.any(low):
+            return body
+        share = low[..., None] * (1 - decay(GETTING_UP_HALFLIFE, 1 / FPS))
+        return (body + share * (self._standing - body)).astype(np.float32)
 
     def _pose(self, output: dict[str, np.ndarray]) -> Pose:
         """The output, given in the root frame, with the idle laid on it and placed in the world."""

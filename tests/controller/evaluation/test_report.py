@@ -33,8 +33,10 @@ from demo import cli
 from sim.body.kinematics import forward_kinematics
 from sim.body.skeleton import BONE_OFFSETS, JOINT_COUNT, REST_HIPS_HEIGHT
 from sim.command import Command
+from sim.ground.catalogue import FLAT, load_ground
 from sim.io import bvh
 from sim.math import rotations as rot
+from sim.math.vectors import UP
 from sim.motion.clip import FPS, Clip, RootFrame
 from sim.session import Session
 from tests.support.walker import SPEED, planted_clip, walking_clip
@@ -47,9 +49,11 @@ def ramp(seconds: float, total: float = 3.0) -> np.ndarray:
     return np.clip(np.arange(round(total * FPS)) / (seconds * FPS), 0, 1)[:, None] * FORWARD
 
 
-def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Trial:
+def glide(
+    commands, late: int = 0, scale: float = 1.0, turn: float = 0.0, ground: str = FLAT, height: np.ndarray | float = 0.0
+) -> Trial:
     """A statue that is moved as asked, `late` frames late, `scale` times as fast and `turn` radians astray; flat on the
-    floor, both feet in contact."""
+    floor, or a height (frames,) over it, both feet in contact."""
     desired = np.array([command.desired_velocity for command in commands])
     velocity = np.concatenate([np.zeros((late, 2)), desired])[: len(desired)] * scale
     velocity = rot.rotate(rot.from_yaw(turn), np.insert(velocity, 1, 0.0, axis=1))
@@ -57,9 +61,10 @@ def glide(commands, late: int = 0, scale: float = 1.0, turn: float = 0.0) -> Tri
     facing = np.array([0.0 if command.face is None else rot.yaw_of(np.array(command.face)) for command in commands])
     facing = np.concatenate([np.zeros(late), facing])[: len(desired)]
     rotations = np.tile(rot.IDENTITY, (len(desired), JOINT_COUNT, 1))
-    positions = forward_kinematics(root + [0.0, REST_HIPS_HEIGHT, 0.0], rotations)
+    hips = root + [0.0, REST_HIPS_HEIGHT, 0.0] + np.multiply.outer(np.broadcast_to(height, len(root)), UP)
+    positions = forward_kinematics(hips, rotations)
     motion = Motion(positions, rotations, RootFrame(root, facing), np.ones((len(desired), 4)))
-    return Trial(commands, motion, motion, root[:, [0, 2]])
+    return Trial(commands, motion, motion, root[:, [0, 2]], desired, load_ground(ground), ground)
 
 
 # ---- measures
@@ -142,7 +147,8 @@ def test_random_sticks_are_the_same_restless_ones_each_time():
     assert commands == random_sticks() != random_sticks(seed=2)
     assert len(commands) == RANDOM_SECONDS * FPS
     assert max(math.hypot(*command.move) for command in commands) <= 1 + 1e-9
-    assert {command.gait for command in commands} == {"walk", "run"}
+    assert {command.gait for command in commands} == {"walk", "run", "crouch"}
+    assert 2 < sum(command.jump for command in commands) < 60
     assert len({command.move for command in commands}) > 200
 
 
@@ -223,7 +229,7 @@ def test_real_clips_set_the_limit_of_skating():
         walk.locked.root,
         walk.locked.contacts,
     )
-    real = RealClips([still_feet, sliding.locked], [], np.zeros((JOINT_COUNT, 3)), np.zeros((JOINT_COUNT, 3)))
+    real = RealClips([still_feet, sliding.locked], [], [], np.zeros((JOINT_COUNT, 3)), np.zeros((JOINT_COUNT, 3)))
     figure = feet({"walk": walk}, real)["skate_walk_cm_s"]
     assert figure.real == figure.high == pytest.approx(0.0, abs=1e-9)
 
@@ -242,7 +248,7 @@ def test_a_stand_is_alive_from_half_of_what_the_real_ones_are():
         return trial
 
     zero = np.zeros((JOINT_COUNT, 3))
-    real = RealClips([], [swaying(4.0).locked], zero, zero)
+    real = RealClips([], [swaying(4.0).locked], [], zero, zero)
     for millimetres, alive in ((1.9, False), (2.1, True)):
         figure = standing(swaying(millimetres), real)["standing_alive_mm"]
         assert figure.ours == pytest.approx(millimetres, rel=1e-3) and figure.reached is alive
@@ -268,7 +274,7 @@ def test_looking_like_captured_motion_is_no_distance_at_all():
     """What is played is the captured walk itself, then a statue on its way."""
     zero = np.zeros((JOINT_COUNT, 3))
     clips = [Motion.of_clip(walking_clip(240, yaw)) for yaw in (0.0, 1.0, 2.0)]
-    real = RealClips(clips, [], zero, zero)
+    real = RealClips(clips, [], [], zero, zero)
     late = LEAD_IN_SECONDS * FPS
     late_clips = [Motion.of_clip(walking_clip(240 + late, yaw)) for yaw in (0.0, 1.0, 2.0)]  # two whole cycles later
     same = likeness(real, late_clips)
@@ -358,7 +364,7 @@ def test_plots_are_drawn(walked, tmp_path):
 def test_the_command_prints_a_table_and_writes_what_it_says(folder, tmp_path, monkeypatch, capsys):
     """The whole evaluation, of a statue."""
     monkeypatch.setattr(report, "random_sticks", lambda: random_sticks(2))
-    monkeypatch.setattr(report, "play", lambda commands, standing, tick: glide(commands))
+    monkeypatch.setattr(report, "play", lambda commands, standing, tick, ground=FLAT: glide(commands, ground=ground))
     monkeypatch.setattr("controller.evaluation.plots.save_plots", lambda folder, played, data: [folder / "some.png"])
     assert (
         cli.main(
@@ -410,6 +416,10 @@ def test_the_same_weights_give_the_same_figures(monkeypatch):
     monkeypatch.setattr(report, "suite", lambda: short)
     monkeypatch.setattr(report, "random_sticks", lambda: random_sticks(1))
     monkeypatch.setattr(report, "steering", lambda played: {})
+    monkeypatch.setattr(report, "terrain_suite", lambda: {"ramp": ("hills", short["walk"])})
+    for figures in ("bearing", "crouching"):
+        monkeypatch.setattr(report, figures, lambda played, real: {})
+    monkeypatch.setattr(report, "jumping", lambda played: {})
     first, second = evaluate(), evaluate()
     assert isinstance(first, Evaluation) and first.figures == second.figures
     assert first.figures["random_nan_count"].ours == 0 and first.figures["standing_jerk_m_s3"].ours > 0

@@ -67,3 +67,16 @@ def test_an_odd_rotation_does_not_move_the_median():
     near = rot.from_rotation_vector(np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 0.12], [0.0, 0.0, 0.11], [2.0, 0.0, 0.0]]))
     median = rot.to_rotation_vector(median_rotations(np.repeat(near[:, None], JOINT_COUNT, axis=1)))
     np.testing.assert_allclose(median[INDEX["Head"]], [0.0, 0.0, 0.11], atol=0.03)
+
+
+def test_who_backs_with_the_head_down_holds_it_as_while_walking_on():
+    walk = walking_clip(2 * SHORTEST_WALK).grounded()
+    bowed = walk.global_rotations().copy()
+    head = INDEX["Head"]
+    bowed[:, head] = rot.multiply(bowed[:, head], rot.from_rotation_vector(np.array([0.6, 0.0, 0.0])))
+    back = replace(walk, rotations=to_local(bowed))[::-1]
+    other = of_another_actor(walk, np.random.default_rng(2), 0.5)
+    shared = share_posture([walk, back, other], ["a", "a", "b"])
+    middle = slice(60, -60)
+    apart = angles_between(shared[1][::-1][middle], shared[0][middle])[:, head]
+    assert apart.max() < 0.1 and angles_between(back[::-1], walk)[:, head].min() > 0.5
