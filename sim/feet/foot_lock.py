@@ -83,9 +83,9 @@ class FootLock:
         stride = self.stride.step(styled, neutral, legs.max(axis=-1), pace)
         neutral_feet = _by_foot(neutral.positions[..., CONTACT_JOINTS, :], 3)
         feet = _by_foot(styled.positions[..., CONTACT_JOINTS, :], 3) + stride[..., None, :]
-        soles = self._land(self._soles(feet), contacts)
+        soles = self._land(self._under(feet), contacts)
         edge = self._edge_ahead(feet, soles)
-        neutral_low = (neutral_feet[..., 1] - self._soles(neutral_feet)).min(axis=-1)
+        neutral_low = (neutral_feet[..., 1] - sole_heights(self._under(neutral_feet))).min(axis=-1)
         rise = self._rise(feet[..., 1] - soles, neutral_low, contacts, legs)
         feet = feet + rise[..., None, :]
         lifting = np.zeros(2) if self.ground is None else 1 - smooth_step(contacts.min(axis=-1), *FOOT_LOCKED)
@@ -101,19 +101,19 @@ class FootLock:
             reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.reshape(neutral.contacts.shape)
         )
 
-    def _soles(self, feet: np.ndarray) -> np.ndarray:
-        """How high (..., 2, 2) the ground carries the soles under ankles and toes (..., 2, 2, 3), where they are
-        held."""
+    def _under(self, feet: np.ndarray) -> np.ndarray:
+        """How high (..., 2, 2) the ground is under ankles and toes (..., 2, 2, 3), where they are held."""
         if self.ground is None:
             return np.zeros(feet.shape[:-1])
-        return sole_heights(self.ground.height_at((feet + self.slip.vectors[..., None, :])[..., ::2]))
+        return self.ground.height_at((feet + self.slip.vectors[..., None, :])[..., ::2])
 
-    def _land(self, soles: np.ndarray, contacts: np.ndarray) -> np.ndarray:
-        """The soles (..., 2, 2) that count: of a foot that has landed, by its contacts (..., 2, 2), those that it
-        landed on, since on the edge of a step a hair's breadth decides."""
-        if self.ground is not None:
+    def _land(self, under: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+        """The soles (..., 2, 2) that count on ground so high (..., 2, 2): of a foot that has landed, by its contacts
+        (..., 2, 2), those that it landed on, since on the edge of a step a hair's breadth decides."""
+        soles = sole_heights(under)
+        if self.ground is not None and self.soles is not None:
             landed = smooth_step(contacts.max(axis=-1), *FOOT_LOCKED)[..., None]
-            soles = soles + (0.0 if self.soles is None else landed * (self.soles - soles))
+            soles = soles + landed * (np.maximum(self.soles, under) - soles)
         self.soles = soles
         return soles
 

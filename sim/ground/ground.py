@@ -9,7 +9,7 @@ from sim.body.skeleton import BONE_OFFSETS, TOES
 
 BLUR = 0.2  # metres (Gaussian sigma): a body goes over an edge or a step as over a ramp of about twice this length
 FOOT_LENGTH = float(np.linalg.norm(BONE_OFFSETS[TOES[0], [0, 2]]))  # metres over the floor
-STEEPEST_SOLE = np.tan(np.radians(35))  # where ankle and toe stand less level than this, there is an edge between
+STEEPEST_SOLE = np.tan(np.radians(30))  # where ankle and toe stand less level than this, there is an edge between
 SLOPE_STEP = 0.1  # metres to either side over which a slope is measured
 
 
