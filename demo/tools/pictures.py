@@ -49,8 +49,8 @@ WINDOW_FRAMES = 150
 WINDOW_ACTIONS = ("preset_1", "pick_left_arm", "skeleton", "trajectory", "phase", "times", "attention", "twin")
 
 GIF_SIZE = (400, 280)
-GIF_START, GIF_FRAMES = 1460, 620  # of the bundled recording: the frame of the first picture, and how many from there
-GIF_DISTANCE = 3.0
+GIF_START, GIF_FRAMES = 1460, 500  # of the bundled recording: the frame of the first picture, and how many from there
+GIF_DISTANCE = 4.0
 
 
 def draw() -> None:
