@@ -24,6 +24,9 @@ class Ground:
     tiled: bool = True
     name: str = ""
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "heights", np.ascontiguousarray(self.heights, np.float32))
+
     def __deepcopy__(self, memo: dict[int, object]) -> "Ground":
         return self  # nothing in it ever changes
 
@@ -55,14 +58,18 @@ class Ground:
 
     def _sample(self, heights: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Bilinear, (...) of heights at places (..., 2)."""
-        size = np.array(heights.shape[::-1])
+        rows, columns = heights.shape
+        size = np.array([columns, rows])
         cells = np.asarray(places) / self.cell + size // 2
-        low = np.floor(cells)
-        x, z = np.moveaxis(cells - low, -1, 0)
-        corners = low[..., None, :].astype(int) + np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+        floor = np.floor(cells)
+        low = floor.astype(np.intp)
+        corners = np.array([low, low + 1])
         corners = corners % size if self.tiled else np.minimum(np.maximum(corners, 0), size - 1)
-        a, b, c, d = np.moveaxis(heights[corners[..., 1], corners[..., 0]], -1, 0)
-        return (a + (b - a) * x) * (1 - z) + (c + (d - c) * x) * z
+        x, z = corners[..., 0], corners[..., 1] * columns
+        share = cells - floor
+        near, far = heights.ravel()[z[:, None] + x]  # along z, each (2, ...) along x
+        at_low, at_high = near + (far - near) * share[..., 1]
+        return at_low + (at_high - at_low) * share[..., 0]
 
 
 def sole_heights(ground: np.ndarray) -> np.ndarray:

@@ -52,7 +52,7 @@ MOVEMENTS: dict[str, Callable[[int], Command]] = {
     **{f"run_{speed}": partial(walk_command, speed, "run", (0.0, 1.0)) for speed in (2.5, 3.0, 3.5)},
     "back": BACK,
     "strafe": partial(walk_command, 1.0, "walk", (1.0, 0.0)),
-    **{f"{gait}_pace": partial(walk_command, GAIT_SPEEDS[gait], gait, (0.0, 1.0)) for gait in GAIT_SPEEDS},
+    **{f"{gait}_pace": partial(walk_command, GAIT_SPEEDS[gait], gait, (0.0, 1.0)) for gait in ("walk", "run")},
     "turn": partial(turn_command, 1.0, 0.8),
     "stand": lambda _: Command(),
     # A controller may move as it did before: what is drawn must not depend on it.
