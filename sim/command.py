@@ -62,6 +62,9 @@ class Command:
                 raise ValueError(f"{name} is {abbreviate(value)}, but must be two numbers (x, z)")
         check_length(self.move)
         check_gait(self.gait)
+        for name, switch in (("pace", self.pace), ("jump", self.jump)):
+            if not isinstance(switch, bool | np.bool_):
+                raise ValueError(f"{name} is {abbreviate(switch)}, but must be True or False")
         object.__setattr__(self, "style", StyleSpec.of(self.style))
 
     @property

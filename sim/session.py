@@ -38,6 +38,12 @@ def check_own_style(own_of: str | None, controller: str | None) -> None:
         )
 
 
+def _checked(ground: Ground | None) -> Ground | None:
+    if not isinstance(ground, Ground | None):
+        raise ValueError(f"{ground!r:.40} is no ground: make one with load_ground")
+    return ground
+
+
 class Session(Generic[S]):
     """The whole line but its two ends. A step is 1/60 s of simulated time, always; no clock is read inside."""
 
@@ -50,13 +56,13 @@ class Session(Generic[S]):
         self.stylizer = stylizer
         self.latency = latency or Latency()
         self.healed = 0  # frames that were not finite, of which the neutral pose is shown
-        self.ground = ground
+        self.ground = _checked(ground)
         controller.stand_on(ground)
         self._begin()
 
     def stand_on(self, ground: Ground | None) -> None:
-        """Starts again on another ground; None for level floor."""
-        self.ground = ground
+        """Starts again on another ground; None for level floor. Raises ValueError for what is no ground."""
+        self.ground = _checked(ground)
         self.controller.stand_on(ground)
         self.restart()
 

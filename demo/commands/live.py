@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 HELP = "Steer a character and restyle it limb by limb; without a display, replay the bundled recording into out/."
 EXAMPLE = "patchwalk --ground stairs"
 OUT = Path("out")
+SECONDS = 30  # of the bundled recording that are replayed where there is no window: a video takes twice as long
 FILES = {
     "poses": "poses.npz",
     "bvh": "styled.bvh",
@@ -36,9 +37,10 @@ def run(args: argparse.Namespace) -> int:
     from demo.state.grounds import ground_of
     from sim.ground.catalogue import load_ground
     from sim.io import recording
+    from sim.motion.clip import FPS
 
     bundled = recording.read(assemble.BUNDLED_RECORDING)
-    ground = args.ground or ground_of(bundled, assemble.BUNDLED_RECORDING.parent)
+    ground = args.ground if args.ground is not None else ground_of(bundled, assemble.BUNDLED_RECORDING.parent)
     load_ground(ground)  # first: a mistake in its name or its map is said before anything opens
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
@@ -65,8 +67,8 @@ def run(args: argparse.Namespace) -> int:
             for path in report.files:
                 print(f"wrote {path}")
             return 0
-    print(f"No window ({reason}): replaying the bundled recording into {OUT}/.")
-    replay_bundled(OUT, bundled, stream, args.stylizer, load_ground(ground))
+    print(f"No window ({reason}): replaying the first {SECONDS} s of the bundled recording into {OUT}/.")
+    replay_bundled(OUT, bundled.first(SECONDS * FPS), stream, args.stylizer, load_ground(ground))
     return 0
 
 

@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     from demo.state.grounds import ground_of
     from sim.ground.catalogue import load_ground
 
-    ground = load_ground(args.ground or ground_of(recorded, args.recording.parent))
+    ground = load_ground(args.ground if args.ground is not None else ground_of(recorded, args.recording.parent))
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     play(
         args.recording.name,

@@ -1,4 +1,4 @@
-"""Gives a clip the legs of a style: `python -m demo.examples.stylize_clip walk.bvh old out.bvh`."""
+"""Gives a clip the legs of a style: `python -m demo.examples.stylize_clip walk.bvh zombie out.bvh`."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Walks ahead for two seconds with old arms, then turns to the right in a run. Prints where the character comes to."""
+"""Walks ahead for two seconds with zombie arms, then turns right in a run. Prints where the character comes to."""
 
 import patchwalk as pw
 
@@ -7,7 +7,7 @@ SECONDS, FPS = 4, 60
 
 def main() -> None:
     session = pw.Session(pw.load_controller(), pw.load_stylizer())
-    style = pw.StyleSpec({"arms": ("old", 0.8), "spine": "proud"})
+    style = pw.StyleSpec({"arms": ("zombie", 0.8), "spine": "leaning"})
     for frame in range(SECONDS * FPS):
         walking = frame < 2 * FPS
         command = pw.Command(move=(0, 1) if walking else (-1, 0), gait="walk" if walking else "run", style=style)

@@ -38,6 +38,10 @@ SETTLING_SECONDS, SETTLING_HEIGHT = 0.35, 0.03  # how long a settling step takes
 LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
 LONGEST_TURN = 0.03  # metres that its toe is held back at most, about 12 degrees; past that a flat foot pivots
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
+LEAST_LEG, LONGEST_RISE = (
+    0.28,
+    0.3,
+)  # metres an ankle is under its hip joint at least; that the hips rise at most for that
 LONGEST_STEP_DOWN = 0.25  # the same on uneven ground
 FORESIGHT = np.array([0.0, 0.04, 0.08])  # seconds ahead that a swinging foot looks at the ground
 HIGHEST_EDGE = 0.1  # metres that it is raised at most for what it sees
@@ -177,10 +181,13 @@ class FootLock:
         return slip + up[..., None] * UP
 
     def _drop(self, hips: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """How far (...) the hips sink so that legs from (..., 2, 3) reach ankles at (..., 2, 3)."""
+        """How far (...) the hips sink so that legs from (..., 2, 3) reach ankles at (..., 2, 3); less than 0 where they
+        rise, because a leg would be folded altogether."""
         missing = height_missing(hips, targets, REACH * LEG_LENGTH).max(axis=-1)
         longest = LONGEST_DROP if self.ground is None else LONGEST_STEP_DOWN
         wanted = np.minimum(SOFT * np.logaddexp(0.0, missing / SOFT), longest)
+        folded = (LEAST_LEG - (hips - targets)[..., 1]).max(axis=-1)
+        wanted = wanted - np.minimum(np.maximum(folded, 0.0), LONGEST_RISE)
         self.drop, self.drop_rate = spring_step(self.drop, self.drop_rate, wanted, DROP_HALFLIFE, DT)
         return self.drop
 

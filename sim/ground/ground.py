@@ -17,7 +17,8 @@ SLOPE_STEP = 0.1  # metres to either side over which a slope is measured
 class Ground:
     """Heights (rows along z, columns along x) in metres, a `cell` in metres apart, about the world's origin.
 
-    tiled: the map repeats for ever; otherwise its edges go on as they are. The ground under the origin is at 0."""
+    tiled: the map repeats for ever; otherwise its edges go on as they are. Raises ValueError for what is no such
+    table."""
 
     heights: np.ndarray
     cell: float
@@ -25,7 +26,10 @@ class Ground:
     name: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "heights", np.ascontiguousarray(self.heights, np.float32))
+        heights = np.ascontiguousarray(self.heights, np.float32)
+        if heights.ndim != 2 or min(heights.shape) < 2 or not np.isfinite(heights).all() or not self.cell > 0:
+            raise ValueError("a ground is a table of two finite heights each way at least, a positive cell apart")
+        object.__setattr__(self, "heights", heights)
 
     def __deepcopy__(self, memo: dict[int, object]) -> "Ground":
         return self  # nothing in it ever changes

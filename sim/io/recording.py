@@ -108,6 +108,11 @@ class Recording:
             for _ in range(start, stop):
                 yield command
 
+    def first(self, frames: int) -> "Recording":
+        """No more than so many frames of it."""
+        changes = tuple(change for change in self.changes if change[0] < frames)
+        return replace(self, changes=changes, frames=min(self.frames, frames))
+
     @property
     def styles(self) -> tuple[str, ...]:
         """The names of the styles it asks for, each once, in the order they appear."""
@@ -133,6 +138,8 @@ def read(path: str | Path) -> Recording:
                 raise ValueError("the recording ended on an earlier line; remove what follows")
             entry = _parse(line)
             frame, ended = _frame_of(entry, after=frame), _is_end(entry)
+            if ended and "jump" in entry:
+                raise ValueError("jump stands in the last line, in which no frame is played; give it a line of its own")
             command = replace(command, **_fields_of(entry, command))
             if not ended:
                 changes[frame] = command
@@ -194,6 +201,8 @@ def _header_of(line: bytes) -> dict[str, Any]:
     for name in ("stylizer", "ground"):
         if not isinstance(value := header.get(name), str | None):
             raise ValueError(f"{name} is {abbreviate(value)}, but must be a name")
+        if value is not None and not value.isprintable():
+            raise ValueError(f"{name} is {abbreviate(value)}, but a name holds no such characters")
     if (seed := header.get("seed")) is not None and (type(seed) is not int or not 0 <= seed < MAX_SEED):
         raise ValueError(f"seed is {abbreviate(seed)}, but must be a whole number from 0 on")
     return header

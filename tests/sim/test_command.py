@@ -31,3 +31,9 @@ def test_what_is_no_command_is_refused(wrong, sentence):
 def test_groups_stand_for_their_parts_and_numbers_of_numpy_are_numbers():
     command = Command(move=np.array([0.6, 0.8]), style={"arms": ("old", np.float64(0.5))})
     assert command.style == {"left_arm": ("old", 0.5), "right_arm": ("old", 0.5)}
+
+
+@pytest.mark.parametrize("name", ["pace", "jump"])
+def test_what_is_true_or_false_is_checked(name):
+    with pytest.raises(ValueError, match=f"{name} is 'yes', but must be True or False"):
+        Command(**{name: "yes"})

@@ -11,6 +11,7 @@ from demo.assemble import build_session
 from sim.body.pose import Pose
 from sim.body.skeleton import PART_NAMES
 from sim.command import Command, Commands
+from sim.ground.catalogue import load_ground
 from sim.math import rotations as rot
 from sim.motion.clip import FPS
 from sim.retarget.retarget import load_clip
@@ -62,6 +63,15 @@ def test_nothing_whips_round_however_often_styles_are_switched(session, pace):
         poses += [session.step(command).styled for _ in range(APART)]
     turning, moving = quickest(poses[FPS:])
     assert turning < FASTEST and moving < FARTHEST
+
+
+@pytest.mark.parametrize("style", ["crouching", "prowling"])
+def test_knees_of_a_low_style_are_not_thrown_about_on_stairs(session, style):
+    """A leg that is folded altogether has no plane to bend in."""
+    session.stand_on(load_ground("stairs"))
+    poses = [session.step(Command(FORWARD, gait="run", style=wearing(style))).styled for _ in range(5 * FPS)]
+    session.stand_on(None)
+    assert quickest(poses[FPS:])[1] < 0.2
 
 
 @pytest.fixture(scope="module")

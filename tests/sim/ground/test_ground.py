@@ -82,5 +82,18 @@ def test_mistakes_are_one_sentence(tmp_path):
     Image.new("L", (5000, 2)).save(tmp_path / "wide.png")
     with pytest.raises(ValueError, match="4096"):
         load_ground(str(tmp_path / "wide.png"))
-    with pytest.raises(OSError):
+    whole = tmp_path / "whole.png"
+    Image.fromarray(np.zeros((40, 40), np.uint8)).save(whole)
+    (tmp_path / "half.png").write_bytes(whole.read_bytes()[:40])
+    with pytest.raises(ValueError, match="half.png: this is no picture that can be read"):
+        load_ground(str(tmp_path / "half.png"))
+    with pytest.raises(ValueError, match="a ground is a name"):
+        load_ground(5)
+    with pytest.raises(FileNotFoundError):
         load_ground(str(tmp_path / "missing.png"))
+
+
+@pytest.mark.parametrize("heights, cell", [(np.zeros(4), 0.1), (np.zeros((4, 4)), 0), (np.full((4, 4), np.nan), 0.1)])
+def test_what_is_no_table_of_heights_is_refused(heights, cell):
+    with pytest.raises(ValueError, match="a ground is a table"):
+        Ground(heights, cell)

@@ -170,11 +170,21 @@ def test_a_jump_in_the_last_frame_of_a_recording_that_was_cut_short(write):
     assert [command.jump for command in played] == [False, True]
 
 
+def test_a_jump_in_the_line_that_ends_it_is_refused(write):
+    with pytest.raises(ValueError, match="line 3: jump stands in the last line"):
+        read(write(lines(START, {"frame": 4, "jump": True, "end": True})))
+
+
 def test_a_recording_says_what_it_walks_on(tmp_path, write):
     with Recorder(tmp_path / "r.jsonl", ground="stairs") as recorder:
         recorder.write(Command())
     assert read(tmp_path / "r.jsonl").ground == "stairs"
     assert read(write(EXAMPLE)).ground is None
+
+
+def test_the_first_frames_of_a_recording(write):
+    whole = read(write(EXAMPLE))
+    assert list(whole.first(200)) == list(whole)[:200] and whole.first(9999) == whole
 
 
 def test_only_changes_are_written(tmp_path):
