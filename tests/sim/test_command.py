@@ -35,5 +35,5 @@ def test_groups_stand_for_their_parts_and_numbers_of_numpy_are_numbers():
 
 @pytest.mark.parametrize("name", ["pace", "jump"])
 def test_what_is_true_or_false_is_checked(name):
-    with pytest.raises(ValueError, match=f"{name} is 'yes', but must be True or False"):
+    with pytest.raises(ValueError, match=f'{name} is "yes", but must be True or False'):
         Command(**{name: "yes"})
