@@ -6,8 +6,9 @@ from typing import Mapping, Sequence
 import numpy as np
 
 from controller.evaluation.figures import CENTI, Figure
-from controller.evaluation.metrics import speed_share, time_until
+from controller.evaluation.metrics import contact_speed, speed_share, time_until
 from controller.evaluation.reference_clips import RealClips
+from controller.evaluation.steering_figures import SETTLED_SECONDS, settled
 from controller.evaluation.suite import (
     CROUCHES,
     JUMPS,
@@ -20,24 +21,22 @@ from controller.evaluation.suite import (
     speed_name,
 )
 from controller.model.io_layout import GAITS
-from sim.body.skeleton import ANKLE_HEIGHT, INDEX, TOE_HEIGHT
+from sim.body.skeleton import INDEX
+from sim.feet.foot_lock import FLAT_HEIGHTS
 from sim.math import rotations as rot
 from sim.math.vectors import FORWARD
 from sim.motion.clip import FPS
-from sim.motion.metrics import horizontal_speed
 from sim.motion.thresholds import PLANTED
 
-SETTLED_SECONDS = 1.0  # after a wish has changed, speed and height are held to it
 CROUCHED = 0.05  # metres from the steady height of the hips at which a crouch, or getting up, is done
 AIRBORNE = 0.05  # metres over its place on the floor of the lower foot, at which both are in the air
 LANDING_SECONDS = 0.3  # after a landing in which feet may not slide
-FOOT_HEIGHTS = np.array([ANKLE_HEIGHT, TOE_HEIGHT])
 CROSSED = 0.02  # metres that the left foot stands to the right of the right one
 
 
 def crouching(played: Mapping[str, Trial], real: RealClips | None) -> dict[str, Figure]:
     """Speed and height in every direction, and how soon it is down and up again."""
-    shares = [speed_share(*_settled(played[name])) for name in CROUCHES["moves"]]
+    shares = [speed_share(*settled(played[name])) for name in CROUCHES["moves"]]
     heights = [_hips(played[name].locked)[-_frames(SETTLED_SECONDS) :].mean() for name in CROUCHES["moves"]]
     captured = [np.median(_hips(motion)[motion.crouch > 0.99]) for motion in (real.crouching if real else [])]
     theirs = float(np.mean(captured)) * CENTI if captured else None
@@ -69,12 +68,12 @@ def terrain(played: Mapping[str, Trial]) -> dict[str, Figure]:
     for ground in sorted({trial.ground_name for trial in played.values()}):
         trials = [trial for trial in played.values() if trial.ground_name == ground]
         off = np.concatenate([_off_ground(trial) for trial in trials])
-        slide = np.concatenate([_planted_speed(trial.locked) for trial in trials])
+        slide = np.concatenate([contact_speed(trial.locked.feet, trial.locked.contacts) for trial in trials])
         speeds = [_speed_on_slope(trial) for trial in trials]
         result |= {
             f"{ground}_planted_foot_off_ground_cm": Figure(float(off.mean()) * CENTI, high=1.0),
             f"{ground}_planted_foot_off_ground_p99_cm": Figure(float(np.percentile(off, 99)) * CENTI, high=3.0),
-            f"{ground}_planted_foot_speed_cm_s": Figure(float(slide.mean()) * CENTI, high=10.0),
+            f"{ground}_planted_foot_speed_cm_s": Figure(float(np.nanmean(slide)) * CENTI, high=10.0),
             f"{ground}_speed_held_share": Figure(min(speeds), low=0.9),
         }
     return result
@@ -89,7 +88,7 @@ def bearing(played: Mapping[str, Trial], real: RealClips | None) -> dict[str, Fi
         "walking": [speed_name(*each) for each in SPEEDS if each[0] == "walk"],
         "running": [speed_name(*each) for each in SPEEDS if each[1] >= 3.0],
     }
-    for gait, (name, trials) in enumerate(names.items()):
+    for gait, (name, trials) in zip(("stand", "walk", "run"), names.items(), strict=True):
         ours = _pitch([played[trial].locked for trial in trials], gait)
         theirs = _pitch(captured, gait)
         bounds = {} if theirs is None else {"low": theirs - 5, "high": theirs + 5}
@@ -110,11 +109,6 @@ def _hips(motion: Motion) -> np.ndarray:
     return motion.positions[:, 0, 1]
 
 
-def _settled(trial: Trial) -> tuple[np.ndarray, np.ndarray]:
-    start = _frames(WAIT + SETTLED_SECONDS)
-    return trial.neutral.velocity[start:], trial.desired[-1]
-
-
 def _crouch_seconds(trial: Trial) -> tuple[float, float]:
     """Seconds from the press until the hips are within CROUCHED of their crouching height, and from its end until they
     are back at the height they had before; the stride's own rise and fall, averaged over it, does not count."""
@@ -131,7 +125,7 @@ def _crouch_seconds(trial: Trial) -> tuple[float, float]:
 
 def _airborne(motion: Motion) -> np.ndarray:
     """The frames of the longest stretch in which both feet are in the air."""
-    low = (motion.feet[..., 1] - np.tile(FOOT_HEIGHTS, 2)).min(axis=1) > AIRBORNE
+    low = (motion.feet[..., 1] - np.tile(FLAT_HEIGHTS, 2)).min(axis=1) > AIRBORNE
     edges = np.flatnonzero(np.diff(np.concatenate([[0], low, [0]])))
     stretches = list(zip(edges[::2], edges[1::2]))
     start, stop = max(stretches, key=lambda each: each[1] - each[0], default=(0, 0))
@@ -157,9 +151,8 @@ def _landing_speed(motion: Motion) -> float:
     if not len(flight):
         return math.inf
     frames = slice(int(flight[-1]), int(flight[-1]) + _frames(LANDING_SECONDS))
-    planted = motion.contacts[frames] > PLANTED
-    speeds = horizontal_speed(motion.feet)[frames][planted]
-    return float(np.nanmean(speeds)) if len(speeds) else math.inf
+    speeds = contact_speed(motion.feet, motion.contacts)[frames]
+    return math.inf if np.isnan(speeds).all() else float(np.nanmean(speeds))
 
 
 def _off_ground(trial: Trial) -> np.ndarray:
@@ -167,14 +160,9 @@ def _off_ground(trial: Trial) -> np.ndarray:
     both."""
     feet = trial.locked.feet.reshape(-1, 2, 2, 3)
     assert trial.ground is not None
-    heights = feet[..., 1] - FOOT_HEIGHTS - trial.ground.height_at(feet[..., ::2])
+    heights = feet[..., 1] - FLAT_HEIGHTS - trial.ground.height_at(feet[..., ::2])
     planted = (trial.locked.contacts.reshape(-1, 2, 2) > PLANTED).any(axis=-1)
     return np.abs(heights.min(axis=-1))[planted]
-
-
-def _planted_speed(motion: Motion) -> np.ndarray:
-    """Metres a second (n,) of joints in contact."""
-    return horizontal_speed(motion.feet)[1:][motion.contacts[1:] > PLANTED]
 
 
 def _speed_on_slope(trial: Trial) -> float:
@@ -190,9 +178,9 @@ def _head_pitch(motion: Motion) -> np.ndarray:
     return np.degrees(np.arcsin(np.clip(forward[:, 1], -1, 1)))
 
 
-def _pitch(motions: Sequence[Motion], gait: int) -> float | None:
+def _pitch(motions: Sequence[Motion], gait: str) -> float | None:
     """Median over the frames of one of GAITS."""
-    values = [_head_pitch(motion)[motion.gait[:, gait] > 0.5] for motion in motions]
+    values = [_head_pitch(motion)[motion.gait[:, GAITS.index(gait)] > 0.5] for motion in motions]
     pooled = np.concatenate([np.empty(0), *values])
     return float(np.median(pooled)) if len(pooled) else None
 
@@ -206,6 +194,3 @@ def _crossed(motion: Motion) -> int:
     apart = motion.feet[:, 0] - motion.feet[:, 2]
     left = rot.rotate(rot.from_yaw(-motion.root.facing), apart)[:, 0]
     return int((left < -CROSSED).sum())
-
-
-assert GAITS[:3] == ("stand", "walk", "run")  # the columns of Motion.gait that `bearing` counts

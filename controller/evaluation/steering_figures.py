@@ -28,7 +28,7 @@ def _held(played: Mapping[str, Trial]) -> dict[str, Figure]:
     result = {}
     for gait, speed in SPEEDS:
         trial = played.get(speed_name(gait, speed))
-        share = None if trial is None else speed_share(*_settled(trial))
+        share = None if trial is None else speed_share(*settled(trial))
         result[f"speed_held_{gait}_{speed}_m_s_share".replace(".", "_")] = Figure(share, low=0.9, high=1.1)
     kinds = {
         "straight": [speed_name(*kind) for kind in SPEEDS],
@@ -36,7 +36,7 @@ def _held(played: Mapping[str, Trial]) -> dict[str, Figure]:
         "backing": [name for name in FACING_FORWARD if name.startswith("back")],
     }
     for kind, names in kinds.items():
-        trials = [_settled(played[name]) for name in names if name in played]
+        trials = [settled(played[name]) for name in names if name in played]
         if kind != "straight":  # each speed of which has a figure of its own
             shares = [speed_share(*trial) for trial in trials]
             result[f"speed_held_{kind}_share"] = Figure(
@@ -76,7 +76,7 @@ def _stretches(trial: Trial) -> list[tuple[np.ndarray, np.ndarray]]:
     ]
 
 
-def _settled(trial: Trial) -> tuple[np.ndarray, np.ndarray]:
+def settled(trial: Trial) -> tuple[np.ndarray, np.ndarray]:
     """Velocity from SETTLED_SECONDS after the stick has moved, and what it asks for."""
     velocity, desired = _stretches(trial)[-1]
     return velocity[round(SETTLED_SECONDS * FPS) :], desired

@@ -78,6 +78,12 @@ def label_gait(velocity: np.ndarray, turn_rate: np.ndarray) -> np.ndarray:
     return gait
 
 
+def flight_lift(time: np.ndarray, seconds: float) -> np.ndarray:
+    """Metres (...) over the ground that gravity lets a body be, a time (...) in seconds after a take-off whose flight
+    takes `seconds`; 0 before and after it."""
+    return np.maximum(0.0, GRAVITY / 2 * time * (seconds - time))
+
+
 def jump_weight(time: np.ndarray, seconds: float) -> np.ndarray:
     """How far (...) it is in a jump, 0..1, at a time (...) in seconds after a take-off whose flight takes `seconds`."""
     before, after = JUMP_EDGES

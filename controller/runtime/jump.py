@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from controller.model.gait_phase import GRAVITY, jump_weight
+from controller.model.gait_phase import flight_lift, jump_weight
 from sim.motion.clip import FPS
 
 ANTICIPATION = 0.3  # seconds from the press to the take-off, in which the body gathers itself
-FLIGHT = 0.64  # seconds in the air: the root rises by GRAVITY / 8 FLIGHT^2, 50 cm, the hips by some 35
+FLIGHT = 0.64  # seconds in the air: gravity's parabola lifts the root by 50 cm, the hips rise by some 35
 RECOVERY = 0.25  # seconds after the landing before the next jump begins
 NEVER = -1e3  # seconds to a take-off that is not in sight
 DT = 1 / FPS
@@ -46,10 +46,12 @@ class Jump:
 
     def lift(self, ahead: np.ndarray | float = 0.0) -> np.ndarray:
         """Metres (...) that the root is carried over the ground, so many seconds from now."""
-        time = self.time[..., None] + ahead if np.ndim(ahead) else self.time + ahead
-        return np.maximum(0.0, GRAVITY / 2 * time * (FLIGHT - time))
+        return flight_lift(self._time(ahead), FLIGHT)
 
     def weight(self, ahead: np.ndarray | float = 0.0) -> np.ndarray:
         """How far it is in a jump, the network's gait label (...) in 0..1, so many seconds from now."""
-        time = self.time[..., None] + ahead if np.ndim(ahead) else self.time + ahead
-        return jump_weight(time, FLIGHT)
+        return jump_weight(self._time(ahead), FLIGHT)
+
+    def _time(self, ahead: np.ndarray | float) -> np.ndarray:
+        """Seconds (...) since the take-off, so many from now."""
+        return self.time[..., None] + ahead if np.ndim(ahead) else self.time + ahead

@@ -171,7 +171,8 @@ class Trajectory:
         """Moves the simulated body and predicts its future, `desired`; its gaits there (..., 5, GAITS). In the air it
         keeps the velocity and the facing that it took off with."""
         grounded = ~self.jump.airborne
-        wanted = np.asarray(speed)[..., None] * command.desired_velocity * self._slowing(command.desired_velocity)
+        asked = command.desired_velocity
+        wanted = np.asarray(speed)[..., None] * asked * self._slowing(asked)
         self._moving[..., 2, :] = np.where(grounded[..., None], wanted, self._moving[..., 2, :])
         going = self._moving[..., 2, :].any(axis=-1).astype(int)
         step = _STEP_MOVE[going] @ self._moving

@@ -219,14 +219,14 @@ def _frames(path: Path, clip: Clip) -> list[tuple]:
     """A clip with its feet planted, at all its paces, as itself and mirrored, on level floor and on one of TERRAINS:
     what `frames_of` says of each."""
     kind = kind_of(path, clip)
+    planted, whole = plant_feet(clip), slice(None)
     if kind == "jump":
-        windows = [
-            slice(max(0, a - _frames_in(JUMP_WINDOW[0])), b + _frames_in(JUMP_WINDOW[1])) for a, b in _flights(clip)
-        ]
-        sources = [(kind, plant_feet(clip), window) for window in windows]
+        before, after = (round(seconds * FPS) for seconds in JUMP_WINDOW)
+        windows = [slice(max(0, start - before), stop + after) for start, stop in find_flights(clip.positions())]
+        sources = [(kind, planted, window) for window in windows]
     else:
-        sources = [(kind, plant_feet(clip), slice(None))]
-        sources += [("loop", plant_feet(loop), slice(None)) for loop in (find_loops(clip) if kind == "run" else ())]
+        loops = find_loops(clip) if kind == "run" else ()
+        sources = [(kind, planted, whole), *(("loop", plant_feet(loop), whole) for loop in loops)]
     random = np.random.default_rng(int(hashlib.md5(path.stem.encode()).hexdigest(), 16))
     terrain = int(random.integers(len(TERRAINS)))
     result = []
@@ -247,14 +247,6 @@ def _frames(path: Path, clip: Clip) -> list[tuple]:
 def _terrain(which: int) -> Ground:
     make, much = TERRAINS[which]
     return make(np.random.default_rng(which), much)
-
-
-def _flights(clip: Clip) -> list[tuple[int, int]]:
-    return find_flights(clip.positions())
-
-
-def _frames_in(seconds: float) -> int:
-    return round(seconds * FPS)
 
 
 def kind_of(path: Path, clip: Clip) -> str:

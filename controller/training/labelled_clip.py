@@ -5,7 +5,7 @@ from typing import Callable
 
 import numpy as np
 
-from controller.model.gait_phase import GRAVITY, jump_weight, label_phase
+from controller.model.gait_phase import GRAVITY, flight_lift, jump_weight, label_phase
 from sim.body.skeleton import CONTACT_JOINTS
 from sim.math.easing import ramp
 from sim.motion.clip import FPS, Clip, RootFrame, root_frame
@@ -68,7 +68,7 @@ def label(clip: Clip, jumps: bool = False, crouches: bool = False) -> LabelledCl
     for start, stop in find_flights(positions) if jumps else ():
         time = (np.arange(len(clip)) - start) / FPS
         seconds = (stop - start) / FPS
-        lift += np.maximum(0.0, GRAVITY / 2 * time * (seconds - time))
+        lift += flight_lift(time, seconds)
         jump = np.maximum(jump, jump_weight(time, seconds))
     hips = gaussian_filter1d(positions[:, 0, 1] - lift, STANCE_SMOOTHING * FPS, mode="nearest")
     crouch = 1 - ramp(hips, *CROUCHED_HIPS) if crouches else np.zeros(len(clip))

@@ -10,10 +10,10 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from controller.training.labelled_clip import LabelledClip
-from sim.body.kinematics import forward_kinematics, to_local
-from sim.body.limb_ik import LEG_LENGTH, LEGS, height_missing
+from sim.body.kinematics import forward_kinematics
+from sim.body.limb_ik import LEG_LENGTH, LEGS
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, PART_NAMES, PART_OF_JOINT, TOE_HEIGHT
-from sim.feet.contact_correction import put_feet
+from sim.feet.contact_correction import stand_on_feet
 from sim.ground.ground import Ground, sole_heights
 from sim.math import rotations as rot
 from sim.math.easing import smooth_step
@@ -23,10 +23,10 @@ from sim.motion.thresholds import PLANTED
 
 CLEARANCE = 0.03  # metres that a swinging foot is above what it passes over
 CLEARING_SECONDS = 0.08  # (Gaussian sigma) over which it rises for that
-DROP_SECONDS = 0.4  # over which hips sink for a leg that would not reach
 HIP_SECONDS = 0.08  # (Gaussian sigma) of the hips' way up and down
 REACH = 0.995  # share of a leg's length that is used
 LEAN = {"up": 0.45, "down": 0.15}  # of the slope's angle that the body leans into it
+SLOPE_REACH = 0.3  # metres ahead and behind over which that slope is measured
 LEAN_SECONDS = 0.25  # (Gaussian sigma)
 UPPER = np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine"))[1:]  # what leans: all above the hips
 HEAD_LEAN = 0.4  # share of it that the head goes along with: it looks ahead
@@ -65,17 +65,10 @@ def fit_to_ground(source: LabelledClip, ground: Placed) -> LabelledClip:
     hips = (
         clip.hips + gaussian_filter1d(ground.smooth_height_at(root.positions[:, ::2]), HIP_SECONDS * FPS)[:, None] * UP
     )
-    sockets = forward_kinematics(hips, rotations)[:, LEGS[0]]
     own_stretch = np.linalg.norm(flat[:, LEGS[0]] - flat[:, LEGS[-1]], axis=-1)
-    missing = (
-        height_missing(sockets, feet[:, :, 0], np.maximum(own_stretch, REACH * LEG_LENGTH)).max(axis=1).clip(min=0.0)
-    )
-    window = round(DROP_SECONDS * FPS)
-    hips = hips - gaussian_filter1d(maximum_filter1d(missing, window), window / 4)[:, None] * UP
-    rotations = put_feet(hips, rotations, forward_kinematics(hips, rotations), *np.moveaxis(feet, 2, 0))
     return replace(
         source,
-        clip=replace(clip, hips=hips, rotations=to_local(rotations)),
+        clip=stand_on_feet(clip, hips, rotations, feet, np.maximum(own_stretch, REACH * LEG_LENGTH)),
         height_at=ground.height_at,
         smooth_height_at=ground.smooth_height_at,
     )
@@ -108,9 +101,9 @@ def _raise(feet: np.ndarray, planted: np.ndarray, ground: Placed) -> np.ndarray:
 
 def _slope_ahead(ground: Placed, places: np.ndarray, facing: np.ndarray) -> np.ndarray:
     """The angle (frames,) in radians at which the ground rises along the facing (frames,) at roots (frames, 3)."""
-    ahead = 0.3 * np.stack([np.sin(facing), np.cos(facing)], axis=-1)
+    ahead = SLOPE_REACH * np.stack([np.sin(facing), np.cos(facing)], axis=-1)
     rise = ground.smooth_height_at(places[:, ::2] + ahead) - ground.smooth_height_at(places[:, ::2] - ahead)
-    return gaussian_filter1d(np.arctan2(rise, 0.6), LEAN_SECONDS * FPS, mode="nearest")
+    return gaussian_filter1d(np.arctan2(rise, 2 * SLOPE_REACH), LEAN_SECONDS * FPS, mode="nearest")
 
 
 def _lean(rotations: np.ndarray, slope: np.ndarray, facing: np.ndarray) -> np.ndarray:

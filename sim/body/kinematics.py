@@ -7,7 +7,6 @@ from sim.math import rotations as rot
 
 # metres between the knee and the line from hip to ankle, under which the plane of a bend is not to be trusted
 STRAIGHT = 0.02
-FOLDED = 0.22  # share of a leg's length that its ankle is at least away from its hip joint: a knee bent by 155 degrees
 
 
 def forward_kinematics(hips: np.ndarray, global_rotations: np.ndarray) -> np.ndarray:
@@ -52,9 +51,7 @@ def two_bone_ik(
     approached along the line to it, up to `reach` of the leg's length."""
     bones = np.array([knee - hip, ankle - knee])
     (upper, lower), wanted = rot.length(bones), target - hip
-    # A knee that is folded altogether has no plane to turn in: it would be thrown about.
-    least = FOLDED * (upper + lower) if hinge else np.abs(upper - lower) + 1e-3
-    distance = np.minimum(np.maximum(rot.length(wanted), least), (upper + lower) * reach)
+    distance = np.minimum(np.maximum(rot.length(wanted), np.abs(upper - lower) + 1e-3), (upper + lower) * reach)
     current, axis = rot.normalize(np.array([ankle - hip, wanted]))
 
     # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.

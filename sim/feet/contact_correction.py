@@ -48,7 +48,7 @@ def plant_feet(clip: Clip, contacts: np.ndarray | None = None) -> Clip:
         flat = np.minimum(hold[:, toe - 1], hold[:, toe])
         wanted[:, toe, 1] += _level(feet[:, toe], hold[:, toe], flat, clip.fps)
     ankles, toes = _joined(wanted.reshape(-1, 2, 2, 3), feet.reshape(-1, 2, 2, 3), hold.reshape(-1, 2, 2), clip.fps)
-    return replace(clip, rotations=to_local(put_feet(clip.hips, rotations, positions, ankles, toes)))
+    return replace(clip, rotations=to_local(_put_feet(clip.hips, rotations, positions, ankles, toes)))
 
 
 def scale_strides(clip: Clip, factor: float) -> Clip:
@@ -62,17 +62,20 @@ def scale_strides(clip: Clip, factor: float) -> Clip:
     hips = clip.hips + further * root_frame(positions, clip.fps).positions
     feet = positions[:, CONTACT_JOINTS].reshape(-1, 2, 2, 3)
     shift = further * feet[:, :, :1]  # of a foot as a whole, which keeps its length
-    sockets = positions[:, LEGS[0]] + (hips - clip.hips)[:, None]
-    missing = height_missing(sockets, feet[:, :, 0] + shift[:, :, 0], REACH * LEG_LENGTH).max(axis=1).clip(min=0.0)
+    return stand_on_feet(clip, hips, rotations, feet + shift, REACH * LEG_LENGTH)
+
+
+def stand_on_feet(
+    clip: Clip, hips: np.ndarray, rotations: np.ndarray, feet: np.ndarray, longest: np.ndarray | float
+) -> Clip:
+    """The clip with hips (frames, 3) and global rotations (frames, 21, 4), ankles and toes at feet (frames, 2, 2, 3);
+    the hips sink, slowly, as far as legs no longer than `longest` (frames, 2) in metres need."""
+    sockets = forward_kinematics(hips, rotations)[:, LEGS[0]]
+    missing = height_missing(sockets, feet[:, :, 0], longest).max(axis=1).clip(min=0.0)
     window = round(DROP_SECONDS * clip.fps)
     hips = hips - gaussian_filter1d(maximum_filter1d(missing, window), window / 4)[:, None] * UP
-    return replace(
-        clip,
-        hips=hips,
-        rotations=to_local(
-            put_feet(hips, rotations, forward_kinematics(hips, rotations), *np.moveaxis(feet + shift, 2, 0))
-        ),
-    )
+    positions = forward_kinematics(hips, rotations)
+    return replace(clip, hips=hips, rotations=to_local(_put_feet(hips, rotations, positions, *np.moveaxis(feet, 2, 0))))
 
 
 def _joined(wanted: np.ndarray, feet: np.ndarray, hold: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarray]:
@@ -93,7 +96,7 @@ def _joined(wanted: np.ndarray, feet: np.ndarray, hold: np.ndarray, fps: float) 
     return ankles, toes
 
 
-def put_feet(
+def _put_feet(
     hips: np.ndarray, rotations: np.ndarray, positions: np.ndarray, ankles: np.ndarray, toes: np.ndarray
 ) -> np.ndarray:
     """Global rotations (frames, 21, 4) with ankles, then toes, brought to where they are wanted (frames, 2, 3); from

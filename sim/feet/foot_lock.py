@@ -38,11 +38,9 @@ SETTLING_SECONDS, SETTLING_HEIGHT = 0.35, 0.03  # how long a settling step takes
 LONGEST_CORRECTION = 0.25  # metres that a foot is held back at most; past that it slides rather than drags the leg
 LONGEST_TURN = 0.03  # metres that its toe is held back at most, about 12 degrees; past that a flat foot pivots
 LONGEST_DROP = 0.12  # metres that the hips sink at most to let a foot reach its place
-LEAST_LEG, LONGEST_RISE = (
-    0.28,
-    0.3,
-)  # metres an ankle is under its hip joint at least; that the hips rise at most for that
 LONGEST_STEP_DOWN = 0.25  # the same on uneven ground
+LEAST_LEG = 0.28  # metres that an ankle is under its hip joint at least
+LONGEST_RISE = 0.3  # metres that the hips rise at most for that
 FORESIGHT = np.array([0.0, 0.04, 0.08])  # seconds ahead that a swinging foot looks at the ground
 HIGHEST_EDGE = 0.1  # metres that it is raised at most for what it sees
 TILT_HALFLIFE = 0.04  # seconds in which a foot tilts half of its way to the ground

@@ -26,8 +26,7 @@ LATER = 4.5  # seconds after the ten that were captured began, in which the fres
 AT_A_MOVEMENT, IN_BETWEEN = 3.0, 6.0  # degrees that a joint's mean rotation may be off
 SPEEDS = (0.4, 0.65, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0), (2.5, 3.0, 3.5)  # of walks and runs that are captured
 HALFWAY = [(a + b) / 2 for speeds in SPEEDS for a, b in zip(speeds, speeds[1:])]
-# Known to fail, not always: the controller side-steps in two ways (1.44 and 1.56 strides a second), and keeps to the
-# one that it came in.
+# Known to fail, not always: the controller side-steps in two ways, and keeps to the one that it came in.
 WANDERING = "strafe_right_0.65"  # known to fail: its right toe turns by 6 degrees from one ten seconds to the next
 KEPT = {(before, "strafe_left_1.3") for before in ("standing", "a run", "a step back")}
 
