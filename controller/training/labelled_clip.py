@@ -5,8 +5,8 @@ from typing import Callable
 
 import numpy as np
 
-from controller.model.gait_phase import GRAVITY, flight_lift, jump_weight, label_phase
-from sim.body.skeleton import CONTACT_JOINTS
+from controller.model.gait_phase import flight_lift, jump_weight, label_phase
+from controller.training.leaps import find_flights
 from sim.math.easing import ramp
 from sim.motion.clip import FPS, Clip, RootFrame, root_frame
 from sim.motion.contacts import foot_contacts
@@ -14,10 +14,6 @@ from sim.motion.thresholds import CROUCHED_HIPS
 
 LEFT_RIGHT = [2, 3, 0, 1]  # contacts of the mirrored body
 STANCE_SMOOTHING = 0.25  # seconds (Gaussian sigma): hips dip in every stride, a crouch lasts
-FLIGHT_FEET = 0.06  # metres over the floor, of the lowest joint of the feet, that a flight reaches
-LIFTED_FEET = 0.035  # metres: where it begins and ends
-FLIGHT_SECONDS = (0.25, 0.75)  # between which a leap over level floor lasts
-FALLING = (0.6, 1.4)  # share of GRAVITY between which hips fall that are free
 
 HeightAt = Callable[[np.ndarray], np.ndarray]  # metres (...) at places (..., 2), world x and z
 
@@ -73,20 +69,3 @@ def label(clip: Clip, jumps: bool = False, crouches: bool = False) -> LabelledCl
     hips = gaussian_filter1d(positions[:, 0, 1] - lift, STANCE_SMOOTHING * FPS, mode="nearest")
     crouch = 1 - ramp(hips, *CROUCHED_HIPS) if crouches else np.zeros(len(clip))
     return LabelledClip(clip, contacts, label_phase(positions, contacts), crouch, jump, lift)
-
-
-def find_flights(positions: np.ndarray) -> list[tuple[int, int]]:
-    """The first and the last frame of each leap over level floor, in joint positions (frames, 21, 3): both feet leave
-    it and the hips fall freely."""
-    low = positions[:, CONTACT_JOINTS, 1].min(axis=1)
-    found = []
-    lifted = np.flatnonzero(np.diff(np.concatenate([[0], low > LIFTED_FEET, [0]])))
-    for start, stop in zip(lifted[::2], lifted[1::2]):
-        seconds = (stop - start) / FPS
-        if not FLIGHT_SECONDS[0] < seconds < FLIGHT_SECONDS[1] or low[start:stop].max() < FLIGHT_FEET:
-            continue
-        height = positions[start:stop, 0, 1]
-        fall = -2 * np.polyfit(np.arange(len(height)) / FPS, height, 2)[0] / GRAVITY
-        if FALLING[0] < fall < FALLING[1] and start > 0 and stop < len(positions):
-            found.append((int(start), int(stop)))
-    return found

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from controller.model.gait_phase import GRAVITY
 from sim.body.skeleton import INDEX, JOINT_COUNT, REST_HIPS_HEIGHT
 from sim.math import rotations as rot
+from sim.math.vectors import UP
 from sim.motion.clip import FPS, Clip
 
 SPEED = 1.2
@@ -28,3 +30,11 @@ def walking_clip(frames: int = 240, yaw: float = 0.0) -> Clip:
 def planted_clip(frames: int = 120) -> Clip:
     """Standing still in the rest pose."""
     return Clip(np.tile([0.0, REST_HIPS_HEIGHT, 0.0], (frames, 1)), np.tile(rot.IDENTITY, (frames, JOINT_COUNT, 1)))
+
+
+def leaping_clip(start: int, seconds: float, gravity: float = GRAVITY) -> Clip:
+    """Three seconds of the rest pose, thrown up once: from a frame on, for so long, by metres a second squared."""
+    clip = planted_clip(180)
+    time = (np.arange(180) - start) / FPS
+    lift = np.maximum(0, gravity / 2 * time * (seconds - time))
+    return Clip(clip.hips + lift[:, None] * UP, clip.rotations)

@@ -3,40 +3,27 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from controller.model.gait_phase import GRAVITY
-from controller.training.labelled_clip import find_flights, label
+from controller.training.labelled_clip import label
+from controller.training.leaps import find_flights
 from sim.math.vectors import UP
 from sim.motion.clip import FPS
-from tests.support.walker import planted_clip, walking_clip
+from tests.support.walker import leaping_clip, planted_clip, walking_clip
 
 SECONDS, START = 0.5, 60  # of the flight, and the frame in which it begins
 
 
-def leap(seconds: float = SECONDS, gravity: float = GRAVITY):
-    """A stiff body that is thrown up once."""
-    clip = planted_clip(180)
-    time = (np.arange(180) - START) / FPS
-    return replace(clip, hips=clip.hips + np.maximum(0, gravity / 2 * time * (seconds - time))[:, None] * UP)
-
-
 def test_a_leap_is_found_and_its_lift_is_the_bodys():
-    source = label(leap(), jumps=True)
-    ((start, stop),) = find_flights(leap().positions())
+    source = label(leaping_clip(START, SECONDS), jumps=True)
+    ((start, stop),) = find_flights(leaping_clip(START, SECONDS).positions())
     assert abs(start - START) <= 2 and abs(stop - START - SECONDS * FPS) <= 2
     np.testing.assert_allclose(source.clip.hips[:, 1] - source.lift, source.clip.hips[0, 1], atol=0.06)
     assert source.jump[START] == 1 and source.jump[0] == source.jump[-1] == 0
     np.testing.assert_allclose(source.root().positions[:, 1], source.lift)
 
 
-@pytest.mark.parametrize("clip", [leap(seconds=1.2), leap(seconds=0.15), leap(gravity=4.0), walking_clip(120)])
-def test_what_hangs_hops_floats_or_walks_is_no_leap(clip):
-    assert find_flights(clip.positions()) == []
-
-
 def test_labels_are_asked_for():
-    assert not label(leap()).lift.any()
+    assert not label(leaping_clip(START, SECONDS)).lift.any()
     low = replace(planted_clip(120), hips=planted_clip(120).hips - 0.2 * UP)
     assert label(low, crouches=True).crouch.min() == 1 and not label(low).crouch.any()
     assert not label(planted_clip(120), crouches=True).crouch.any()
