@@ -5,6 +5,7 @@ Two kinds of skeleton are told apart:
   own, leaned only so that limb bones coincide;
 - those whose local axes follow the bones, with no pose to speak of at zero (Bandai-Namco, CMU 69, LaFAN1 ...): our axes
   are found from the bones and from left and right. Their axes were meant: a direction close to one is taken to be it.
+  Not so where a zero pose stands upright and the motion has nothing to do with it, as in what networks write.
 For both, the motion says the rest: which way knees and elbows bend, and how the soles lie when they are planted."""
 
 from itertools import permutations, product
@@ -23,6 +24,9 @@ ALIKE = np.cos(np.radians(80.0))  # the left of a neck and of a head differ by l
 # Bandai-Namco's and CMU's files); what is off by more has axes of its own, which differ by quarter turns.
 ROLLED = np.cos(np.radians(65.0))
 END_TURN = np.radians(60.0)
+# Hips and chest are turned against the zero pose if left, or up, is off by more as they see it. Of captures left is by
+# 3 degrees at most, and up by 18.
+TURNED, BENT = np.cos(np.radians((45.0, 60.0)))
 TORSO = ("Hips", "Spine", "Chest", "Neck", "Head")
 # Upper joint, lower joint, end, and the hinge: the axis about which the limb bends, in our T-pose.
 LIMBS = [(side + "UpLeg", side + "Leg", side + "Foot", LEFT) for side in SIDES] + [
@@ -53,9 +57,11 @@ HEAD_LEANS, HEAD_TILT = np.radians((30.0, 30.0))
 def find_alignment(body: SourceBody) -> dict[str, np.ndarray]:
     """Our joint -> our T-pose axes in the source joint's local frame, quaternions (4,), where the source has it."""
     axes = _rest_axes(body)
+    meant = axes is None or not _moves_otherwise(body, axes)
+    axes = axes if meant else None
     if axes is not None and _rests_as_we_do(body):
         return {name: rot.IDENTITY for name in body.index}
-    constants = _from_bones(body) if axes is None else _from_rest(body, axes)
+    constants = _from_bones(body, meant) if axes is None else _from_rest(body, axes)
     for limb in LIMBS:
         _roll_to_hinge(body, constants, *limb)
     for end in ("Foot", "Toe"):
@@ -73,17 +79,20 @@ def align(our_first: np.ndarray, our_second: np.ndarray, first: np.ndarray, seco
     return rot.multiply(rot.from_axis_angle(axis, angle), turn)
 
 
-def _nearest_axis(direction: np.ndarray) -> np.ndarray:
-    """The local axis (3,) that a direction comes within SNAP of, else the direction itself, at unit length."""
+def _nearest_axis(direction: np.ndarray, meant: bool = True) -> np.ndarray:
+    """The local axis (3,) that a direction comes within SNAP of, where one is meant, else the direction itself, at unit
+    length."""
     direction = rot.normalize(direction)
+    if not meant:
+        return direction
     largest = np.abs(direction).argmax()
     return np.eye(3)[largest] * np.sign(direction[largest]) if abs(direction[largest]) > SNAP else direction
 
 
-def _across(bone: np.ndarray, direction: np.ndarray) -> np.ndarray:
+def _across(bone: np.ndarray, direction: np.ndarray, meant: bool) -> np.ndarray:
     """The nearest to a direction (3,) of the local axes that lie across a bone; itself, if the bone lies along none."""
-    along = np.abs(_nearest_axis(bone))
-    return _nearest_axis(direction * (1.0 - along)) if along.max() == 1.0 else rot.normalize(direction)
+    along = np.abs(_nearest_axis(bone, meant))
+    return _nearest_axis(direction * (1.0 - along), meant) if along.max() == 1.0 else rot.normalize(direction)
 
 
 # ---- skeletons with an upright zero pose ----
@@ -100,6 +109,18 @@ def _rest_axes(body: SourceBody) -> np.ndarray | None:
         if rot.normalize(leg) @ -up < 0.75 or rot.normalize(arm) @ (outward - up) < 0.6:
             return None
     return align(LEFT, UP, left, up)
+
+
+def _moves_otherwise(body: SourceBody, axes: np.ndarray) -> bool:
+    """Whether hips or chest are turned, in the motion, against the zero pose in which our axes are `axes` (4,)."""
+    neck = body.at("Neck" if body.has("Neck") else "Head")
+    for name, ends, up in (("Hips", "UpLeg", neck - body.between_hips()), ("Chest", "Arm", neck - body.at("Chest"))):
+        left = body.at("Left" + ends) - body.at("Right" + ends)
+        for ours, direction, bound in ((LEFT, left, TURNED), (UP, up, BENT)):
+            seen = body.seen_from(name, rot.normalize(direction))
+            if rot.normalize(seen) @ rot.rotate(axes, ours) < bound:
+                return True
+    return False
 
 
 def _rests_as_we_do(body: SourceBody) -> bool:
@@ -132,21 +153,23 @@ def _from_rest(body: SourceBody, axes: np.ndarray) -> dict[str, np.ndarray]:
 # ---- skeletons whose local axes follow the bones ----
 
 
-def _from_bones(body: SourceBody) -> dict[str, np.ndarray]:
-    """Each joint from the direction of its bone and, across it, from left and right or the hinge of its limb."""
-    constants = _torso_from_bones(body)
+def _from_bones(body: SourceBody, meant: bool) -> dict[str, np.ndarray]:
+    """Each joint from the direction of its bone and, across it, from left and right or the hinge of its limb.
+
+    meant: whether a local axis near to what a joint sees was meant to be that."""
+    constants = _torso_from_bones(body, meant)
     hips_left = _in_world(body, constants, "Hips", LEFT)
     chest_up, chest_forward = (_in_world(body, constants, "Chest", axis) for axis in (UP, FORWARD))
     for side, outward in zip(SIDES, (LEFT, -LEFT), strict=True):
         shoulder = side + "Shoulder"
         if body.has(shoulder):
-            up = _nearest_axis(body.seen_from(shoulder, chest_up))
+            up = _nearest_axis(body.seen_from(shoulder, chest_up), meant)
             constants[shoulder] = align(outward, UP, body.bone(shoulder, side + "Arm"), up)
     for limb in LIMBS:
         upper, lower, *_ = limb
         along = rot.normalize(body.at(lower) - body.at(upper))
         constants |= _limb_from_bones(
-            body, *limb, hips_left if upper.endswith("UpLeg") else rot.cross(along, chest_forward)
+            body, *limb, hips_left if upper.endswith("UpLeg") else rot.cross(along, chest_forward), meant
         )
     for side in SIDES:
         _turn_end(body, constants, side + "ForeArm", side + "Hand")
@@ -155,7 +178,7 @@ def _from_bones(body: SourceBody) -> dict[str, np.ndarray]:
         if body.has(toe):
             shin_left = _in_world(body, constants, side + "Leg", LEFT)
             for name, ours in ((foot, BONE_OFFSETS[INDEX[toe]]), (toe, FORWARD)):
-                across = _nearest_axis(body.seen_from(name, shin_left))
+                across = _nearest_axis(body.seen_from(name, shin_left), meant)
                 constants[name] = align(LEFT, ours, across, body.bone(foot, toe))
             _turn_end(body, constants, foot, toe)
     return constants
@@ -167,7 +190,7 @@ def _in_world(body: SourceBody, constants: dict[str, np.ndarray], name: str, axi
 
 
 def _limb_from_bones(
-    body: SourceBody, upper: str, lower: str, end: str, hinge: np.ndarray, likely: np.ndarray
+    body: SourceBody, upper: str, lower: str, end: str, hinge: np.ndarray, likely: np.ndarray, meant: bool
 ) -> dict[str, np.ndarray]:
     """The constants of one of LIMBS; likely (F, 3) is the world axis about which such a limb bends if it bends at
     all."""
@@ -176,17 +199,17 @@ def _limb_from_bones(
     if np.ptp(np.percentile(amount, (5, 95))) < LEAST_STRETCH or not _is_hinge(body, upper, bend):
         bend = bend * amount + 0.1 * likely  # trust it where it bends far and, where it never does, what is likely
     bones = rot.normalize(np.array([body.bone(upper, lower), body.bone(lower, end)]))
-    axis = _across(bones[0], body.seen_from(upper, bend))
+    axis = _across(bones[0], body.seen_from(upper, bend), meant)
     of_upper = align(BONE_OFFSETS[INDEX[lower]], hinge, bones[0], axis)
     # The lower bone has the upper one's axes unless it clearly has not.
     seen = rot.normalize(body.seen_from(lower, bend))
     if bones[0] @ bones[1] < 0.9 or (axis @ seen < ROLLED and _is_hinge(body, lower, bend)):
-        axis = _across(bones[1], seen)
+        axis = _across(bones[1], seen, meant)
     of_lower = align(BONE_OFFSETS[INDEX[end]], hinge, bones[1], axis)
     return {upper: of_upper, lower: of_lower, end: of_lower}
 
 
-def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
+def _torso_from_bones(body: SourceBody, meant: bool) -> dict[str, np.ndarray]:
     """Up along the spine, left from hip joint to hip joint and from shoulder to shoulder."""
     constants = {}
     torso = [name for name in TORSO if body.has(name)]
@@ -197,13 +220,13 @@ def _torso_from_bones(body: SourceBody) -> dict[str, np.ndarray]:
     for name, above in zip(torso, [*torso[1:], None], strict=True):
         if name == "Hips":  # the whole trunk, since what joins hips and spine leans as the rig's maker liked
             trunk = body.at("Neck" if body.has("Neck") else "Head") - body.between_hips()
-            up = _nearest_axis(body.seen_from(name, trunk))
+            up = _nearest_axis(body.seen_from(name, trunk), meant)
         elif above:
-            up = _nearest_axis(body.bone(name, above))
+            up = _nearest_axis(body.bone(name, above), meant)
         # The head, with nothing above, has the neck's axes; both may be turned aside throughout a clip.
         seen = rot.normalize(body.seen_from(name, hips_left if name in ("Hips", "Spine") else chest_left))
-        alike = name in ("Neck", "Head") and left @ seen > ALIKE
-        left = left if alike else _across(up, seen)
+        alike = meant and name in ("Neck", "Head") and left @ seen > ALIKE
+        left = left if alike else _across(up, seen, meant)
         constants[name] = align(UP, LEFT, up, left)
 
     before = "Neck" if body.has("Neck") else torso[-2]

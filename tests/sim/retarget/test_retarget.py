@@ -218,6 +218,48 @@ def test_joints_whose_axes_differ_from_the_bone_before_come_back(turns):
 # ---- files that are not as they should be ----
 
 
+def with_turned_trunk(motion: bvh.Motion, turn: np.ndarray) -> bvh.Motion:
+    """The same motion with hips and chest turned (4,) within themselves, which joints without length undo below."""
+    names, parents, places, channels = [], [], [], []
+    offsets, positions, rotations = [], [], []
+    trunk = INDEX["Hips"], INDEX["Chest"]
+    for joint, parent in enumerate(motion.parents):
+        if parent in trunk:
+            names.append(f"{motion.names[joint]}_root")
+            parents.append(places[parent])
+            offsets.append(np.zeros(3))
+            positions.append(np.zeros((len(motion), 3)))
+            rotations.append(np.tile(rot.inverse(turn), (len(motion), 1)))
+            channels.append(motion.channels[joint])
+        parents.append(-1 if parent < 0 else len(names) - 1 if parent in trunk else places[parent])
+        places.append(len(names))
+        names.append(motion.names[joint])
+        offsets.append(motion.offsets[joint])
+        positions.append(motion.positions[:, joint])
+        own = motion.rotations[:, joint]
+        rotations.append(rot.multiply(own, turn) if joint in trunk else own)
+        channels.append(motion.channels[joint])
+    return replace(
+        motion,
+        names=names,
+        parents=parents,
+        offsets=np.array(offsets),
+        end_sites={places[joint]: offset for joint, offset in motion.end_sites.items()},
+        channels=channels,
+        positions=np.stack(positions, axis=1),
+        rotations=np.stack(rotations, axis=1),
+        angles=None,
+    )
+
+
+@pytest.mark.parametrize("axis", [UP, LEFT, FORWARD, rot.normalize(LEFT + UP)])
+def test_a_motion_that_has_nothing_to_do_with_its_zero_pose_comes_back(axis):
+    clip = exercise()
+    back = retarget(with_turned_trunk(dressed(clip, splayed()), rot.from_axis_angle(axis, 2.0)))
+    assert angle_between(back.global_rotations(), clip.global_rotations()).max() < 15.0
+    np.testing.assert_allclose(facing_of(back.positions()), facing_of(clip.positions()), atol=0.05)
+
+
 def turned(motion: bvh.Motion, turn: np.ndarray) -> bvh.Motion:
     """The motion in other axes."""
     positions, rotations = motion.positions.copy(), motion.rotations.copy()
