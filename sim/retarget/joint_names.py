@@ -34,7 +34,7 @@ _FAMILIES = {
         "forearm elbow lowerarm lowarm loarm",
         "hand wrist",
     ),
-    "100STYLE, Xsens, Kinect, Second Life": (
+    "100STYLE, Xsens, Kinect, Second Life, MakeHuman": (
         "hips hip pelvis mpelvis hipcenter spinebase",
         "chest4 chest3 chest2 chest spineshoulder shouldercenter spinemid spine torso",
         "chest2 chest spinemid torso spine",
@@ -42,12 +42,12 @@ _FAMILIES = {
         "head",
         "hip",
         "knee",
-        "ankle",
-        "toe toes foot",
+        "ankle foot",
+        "toe toes foot toe31",
         "collar",
         "shoulder",
         "elbow",
-        "wrist",
+        "wrist hand",
     ),
     "Bandai-Namco, Unity, VRM": (
         "hips",

@@ -12,11 +12,12 @@ from sim.io.bvh import Motion
 from sim.math import rotations as rot
 
 SAMPLES = 60  # frames that are looked at
-ALIKE = 0.12  # share by which the two chains of a pair may differ in length
+ALIKE = 0.12  # share by which the two chains of a pair, or their bones, may differ in length
 STRAIGHT = np.cos(np.radians(4.0))  # a joint that the limb never bends at by more is a twist joint
 ARMS_BY_LEGS, TRUNK_BY_LEGS = (0.35, 1.4), (0.2, 1.4)  # how long a person's arms and trunk are, in legs
 LONG = 0.55  # of a limb's longest bone
 TOP = 1.3  # times as long as the neck is the bone from a head to its top, which some rigs have as a joint
+LEAST_LEG = 0.2  # of the way from the hips to the farthest joint: a face has pairs of chains too
 LEAST_SURE = 0.6
 
 
@@ -96,6 +97,8 @@ def _body(
     if not head or len(limbs) < 4:
         return None
     at = positions.swapaxes(0, 1)  # (J, F, 3)
+    if not (_alike(at, *limbs[:2]) and _alike(at, *limbs[2:])):
+        return None
     up = rot.normalize(at[head[-1]] - (at[limbs[0][2]] + at[limbs[1][2]]) / 2)
     forward, sure = _forward(at, up, limbs[:2])
     left = rot.cross(up, forward)
@@ -109,6 +112,8 @@ def _body(
             found |= {side + name: joint for name, joint in zip(names, limb) if name and joint is not None}
 
     leg = _length(at, limbs[0][:3])
+    if leg < LEAST_LEG * np.linalg.norm(at - at[hips], axis=-1).mean(axis=1).max():
+        return None
     arm, trunk = _length(at, limbs[2][:3]) / leg, _length(at, (hips, spine[-1], head[-1])) / leg
     if not (ARMS_BY_LEGS[0] < arm < ARMS_BY_LEGS[1] and TRUNK_BY_LEGS[0] < trunk < TRUNK_BY_LEGS[1]):
         return None
@@ -176,6 +181,12 @@ def _forward(at: np.ndarray, up: np.ndarray, legs: list[Limb]) -> tuple[np.ndarr
         return rot.normalize(ways[0]), 0.75
     agree = np.vecdot(ways[0], ways[1]).mean() > 0
     return rot.normalize(ways[0]), 0.95 if agree else 0.7
+
+
+def _alike(at: np.ndarray, one: Limb, other: Limb) -> bool:
+    """Whether two limbs have bones of the same lengths, the upper and the lower ones."""
+    pairs = ((_length(at, one[part : part + 2]), _length(at, other[part : part + 2])) for part in (0, 1))
+    return all(abs(a - b) < ALIKE * max(a, b) for a, b in pairs)
 
 
 def _length(at: np.ndarray, joints: tuple[int, ...]) -> float:

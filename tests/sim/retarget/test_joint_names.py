@@ -101,6 +101,13 @@ RIGS = {
         "Left Right",
         "Hips=mPelvis Spine=mTorso LeftToe=mToeLeft LeftUpLeg=mHipLeft",
     ),
+    "MakeHuman": (
+        "hip abdomen chest neck neck1 head __jaw jaw",
+        "hip knee foot collar shoulder elbow hand buttock",
+        "{side}{limb}",
+        "l r",
+        "Hips=hip Chest=chest LeftUpLeg=lhip LeftFoot=lfoot LeftHand=lhand",
+    ),
     "SOMA": (
         "Hips Spine1 Spine2 Chest Neck1 Neck2 Head Jaw",
         "Leg Shin Foot ToeBase Shoulder Arm ForeArm Hand",

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.body.skeleton import INDEX, JOINTS
+from sim.body.skeleton import INDEX, JOINT_COUNT, JOINTS
 from sim.io import bvh
 from sim.math import rotations as rot
 from sim.retarget import joint_shape
@@ -54,6 +54,23 @@ def test_fingers_a_tail_and_the_top_of_the_head_do_not_mislead():
         offsets=np.concatenate(offsets),
         positions=np.concatenate([motion.positions, np.tile(added, (frames, 1, 1))], axis=1),
         rotations=np.concatenate([motion.rotations, np.tile(rot.IDENTITY, (frames, len(added), 1))], axis=1),
+    )
+    assert joint_shape.guess_joints(motion).name_map == dict(zip(JOINTS, NUMBERED))
+
+
+def test_braids_are_no_arms():
+    motion = dressed(exercise(), plain(), names=NUMBERED)
+    head, frames = INDEX["Head"], len(motion)
+    braid = np.array([(8.0, 6.0, -2.0), (12.0, -16.0, 2.0), (2.0, -20.0, -6.0), (0.0, -10.0, 0.0)])
+    offsets = np.concatenate([braid, braid * (-1, 1, 1)])
+    parents = [head if place in (0, 4) else JOINT_COUNT + place - 1 for place in range(8)]
+    motion = replace(
+        motion,
+        names=[*motion.names, *(f"hair{place}" for place in range(8))],
+        parents=[*motion.parents, *parents],
+        offsets=np.concatenate([motion.offsets, offsets]),
+        positions=np.concatenate([motion.positions, np.tile(offsets, (frames, 1, 1))], axis=1),
+        rotations=np.concatenate([motion.rotations, np.tile(rot.IDENTITY, (frames, 8, 1))], axis=1),
     )
     assert joint_shape.guess_joints(motion).name_map == dict(zip(JOINTS, NUMBERED))
 
