@@ -6,6 +6,7 @@ from typing import Mapping
 
 import numpy as np
 
+from demo.figure.palette import BUNDLED, OTHERS
 from sim.body.skeleton import PART_NAMES
 from sim.session import Frame
 from sim.style_spec import PartSpec, StyleSpec
@@ -14,17 +15,16 @@ OWN_STYLE = (0.545, 0.62, 0.69)  # grey-blue, of every part that keeps its own s
 TWIN = (0.74, 0.76, 0.78)  # the neutral twin
 GHOST = (0.30, 0.42, 0.62)  # the neutral twin seen through
 PAST = (0.42, 0.36, 0.62)  # the last half second
+PATHS = {"walked": (0.42, 0.46, 0.52), "asked": (0.97, 0.60, 0.16), "predicted": (0.10, 0.55, 0.62)}  # on the ground
 BONES = (0.10, 0.12, 0.16)
-GOLDEN_TURN = 0.61803398875
 
 
 @lru_cache(maxsize=None)
 def style_colour(name: str) -> tuple[float, float, float]:
     """The colour of a style, from its name alone: display red, green, blue in 0..1."""
-    number = zlib.crc32(name.encode())
-    hue = 2 * np.pi * (number * GOLDEN_TURN % 1.0)
-    lightness, chroma = (0.62, 0.69, 0.77)[(number >> 16) % 3], (0.10, 0.145)[number >> 24 & 1]
-    return oklch(lightness, chroma, hue)
+    code = BUNDLED.get(name) or OTHERS[zlib.crc32(name.encode()) % len(OTHERS)]
+    red, green, blue = (channel / 255 for channel in bytes.fromhex(code))
+    return red, green, blue
 
 
 def oklch(lightness: float, chroma: float, hue: float) -> tuple[float, float, float]:

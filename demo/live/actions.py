@@ -8,9 +8,8 @@ import numpy as np
 
 from demo.live import capture
 from demo.render.view import TWINS
-from demo.ui import diagram
+from demo.ui import diagram, help
 from demo.ui.canvas import ALERT
-from sim.body.skeleton import JOINT_COUNT
 from sim.style_spec import MAX_STRENGTH
 
 if TYPE_CHECKING:
@@ -67,12 +66,9 @@ def _touch(live: "Live", at: str) -> None:
     """A click on the scene picks the part of the figure that is there."""
     if live.frame is None:
         return
-    camera, (width, height) = live.view.camera, live.window.size
-    joints = (
-        np.column_stack([live.frame.styled.positions, np.ones(JOINT_COUNT)]) @ camera.world_to_clip(width / height).T
-    )
-    places = (joints[:, :2] / joints[:, 3:] * [1, -1] + 1) / 2 * live.window.size
-    pixel = 2 * np.tan(camera.field_of_view / 2) / min(width, height) * camera.distance  # metres, where the figure is
+    view, size = live.view, live.window.size
+    places = view.pixels(live.frame.styled.positions, size)[:, :2]
+    pixel = view.camera.metres_a_pixel(size) * view.camera.distance  # where the figure is
     part = diagram.nearest_part(places, np.array(at.split(","), float), TOUCH_REACH / pixel)
     if part:
         _pick(live, part)
@@ -84,13 +80,13 @@ def _blend(live: "Live", wanted: str) -> None:
 
 def _switch_pace(live: "Live", _: str) -> None:
     live.pace = not live.pace
-    live.say("legs set the pace" if live.pace else "the stick sets the pace")
+    live.say(f"speed: as the {'style of the legs' if live.pace else 'stick'} asks")
 
 
 def _apply_preset(live: "Live", slot: str) -> None:
     number = int(slot)
     if number not in live.presets.slots:
-        live.say(f"preset {slot} is empty: Ctrl + Shift + {slot} or a right click keeps here what is worn")
+        live.say(f"preset {slot} is empty: Ctrl + Shift + {slot} or a right click saves the current styles here")
         return
     live.preset = number
     name, style = live.presets.slots[number]
@@ -109,7 +105,7 @@ def _next_preset(live: "Live", _: str) -> None:
 
 def _save_preset(live: "Live", slot: str) -> None:
     def save() -> None:
-        live.say(f"kept as preset {slot}: {live.presets.save(int(slot), live.choice.style)}")
+        live.say(f"saved as preset {slot}: {live.presets.save(int(slot), live.choice.style)}")
 
     live.guard(save)
 
@@ -148,7 +144,7 @@ def _resample(live: "Live", _: str) -> None:
         return
     try:
         live.stylizers.resample()
-        live.say("the styles of chance are drawn anew")
+        live.say("the sampled styles are sampled again")
     except ValueError as error:
         live.say(str(error), ALERT)
 
@@ -163,7 +159,7 @@ def _next_ground(live: "Live", _: str) -> None:
 def _kept_by_recording(live: "Live") -> bool:
     """A recording names one stylizer and one ground: while it runs, those stay."""
     if live.recorder:
-        live.say("a recording is made with one stylizer and on one ground: stop it first")
+        live.say("a recording keeps its stylizer and its ground: stop it first")
     return live.recorder is not None
 
 
@@ -184,9 +180,14 @@ def _menu(live: "Live", _: str) -> None:
     live.devices.mode = "menu" if live.menu.open else ""
 
 
+def _help(live: "Live", _: str) -> None:
+    """Opens the help, turns to its next page, closes it after the last."""
+    live.helping = (live.helping + 1) % (len(help.pages(live.bindings, live.window.size)) + 1)
+
+
 def _leave(live: "Live", _: str) -> None:
     """Esc closes the help first."""
-    live.helping, live.leaving = False, not live.helping
+    live.helping, live.leaving = 0, not live.helping
 
 
 def _toggle(name: str) -> Action:
@@ -237,7 +238,7 @@ ACTIONS: dict[str, Action] = {
     "menu_do": lambda live, _: live.menu.do(live.do, live.presets.slots),
     "menu_other": lambda live, _: live.menu.do(live.do, live.presets.slots, other=True),
     "panels": _toggle("hidden"),
-    "help": _toggle("helping"),
+    "help": _help,
     "record": lambda live, _: capture.toggle_recording(live),
     "export": lambda live, _: capture.export(live),
     "screenshot": lambda live, _: capture.screenshot(live),

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def toggle_recording(live: "Live") -> None:
     """Starts a recording in the current folder, or ends the one that runs.
 
-    The character goes back to standing at the start point, in the styles it wears, because that is where a replay
+    The character goes back to standing at the start point, in the styles it has, because that is where a replay
     starts: so it makes equal poses."""
     if live.recorder:
         stop_recording(live)
@@ -52,7 +52,7 @@ def export(live: "Live") -> None:
     elif live.takes.frames and live.guard(
         lambda: live.takes.export(new_file(*export_jobs.ENDINGS).with_suffix(""), live.session.ground)
     ):
-        live.say(f"exporting the last {len(live.takes.frames) / FPS:.1f} s as BVH, glTF and video; walk on")
+        live.say(f"exporting the last {len(live.takes.frames) / FPS:.1f} s as BVH, glTF and video")
 
 
 def show_written(live: "Live", written: export_jobs.Written | None) -> None:
@@ -74,7 +74,7 @@ def apply_learned(live: "Live") -> None:
             live.inset.play(result.clip, result.style)
             live.say(
                 f"learned “{result.style}” ({', '.join(result.movements)}): "
-                f"worn by {panels.readable(live.choice.picked)}, kept for the next start"
+                f"now on the {panels.readable(live.choice.picked)}, and kept for the next start"
             )
             for note in result.notes:
                 live.say(note)

@@ -6,6 +6,7 @@ from typing import Callable
 
 import numpy as np
 
+from demo.figure.colours import PAST, PATHS
 from demo.render.view import Paths
 from demo.state.style_choice import StyleChoice
 from demo.ui import panels
@@ -54,6 +55,9 @@ class DebugOverlay:
         part = choice.parts[0]
         spec = choice.style.get(part)
         shown = []
+        colours = {**(PATHS if "trajectory" in seen else {}), **({"last half second": PAST} if "onion" in seen else {})}
+        if colours:
+            shown.append(panels.legend(colours))
         if "times" in seen:
             shown.append(self._look("times", (), lambda: panels.times(self._session.latency)))
         if "phase" in seen and self._frames:

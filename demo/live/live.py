@@ -17,6 +17,8 @@ from demo.input.devices import Devices, take_events
 from demo.live import actions, capture, overlay
 from demo.live.debug_overlay import DebugOverlay
 from demo.live.drop_import import DropImport, describe_file
+from demo.live.labels import Labels
+from demo.render.camera import Camera
 from demo.render.inset import Inset
 from demo.render.renderer import Renderer
 from demo.render.view import View
@@ -29,6 +31,7 @@ from demo.state.stylizers import Stylizers
 from demo.ui import panels
 from demo.ui.canvas import ALERT, INK, Colour
 from demo.ui.hints import Hints
+from demo.ui.hud import Pixels
 from demo.ui.menu import Menu
 from sim.command import Command
 from sim.io.recording import Recorder
@@ -41,6 +44,7 @@ FRAME_SECONDS = 1 / FPS
 MAX_CATCH_UP = 4  # simulated frames that one picture may make up for; a longer stop is counted, not raced after
 TOAST_SECONDS = 4.0
 READING_SPEED = 20.0  # letters a second
+DISTANCE = 3.5  # metres from the figure to the camera, at first
 FIGURES_SECONDS = 0.25  # how often the figures of the status line change
 ATTRACT_ORBIT = 0.12  # radians a second that the camera goes round while the window plays by itself
 
@@ -124,12 +128,13 @@ class Live:
     ) -> None:
         self.session, self.window = session, window
         self.grounds = Grounds(session, ground)
-        self.devices, self.view = Devices(bindings), View(ground=session.ground)
+        self.devices, self.view = Devices(bindings), View(Camera(distance=DISTANCE), ground=session.ground)
         self.choice = StyleChoice(styles, noncommercial=session.stylizer.noncommercial)
         self.presets, self.preset = presets or Presets(), 0
         self.menu, self.hints, self.debug_overlay = Menu(bindings), Hints(bindings), DebugOverlay(session)
         self.seen = {"contacts"}  # of demo.live.actions.SEEN
-        self.hidden = self.leaving = self.helping = False
+        self.hidden = self.leaving = False
+        self.helping = 0  # the page of the help that is open, from 1
         self.pace = True  # whether the styles of the legs set speed, stride and cadence
         self._attract, self._played = tuple(attract), 0
         # the next command of the attract mode, None once somebody took over
@@ -139,13 +144,14 @@ class Live:
         self.takes = export_jobs.ExportJobs()
         self.stylizers = Stylizers(session)
         self.drop_import = DropImport(lambda: session.stylizer)
-        self.inset = Inset()
+        self.inset, self.labels = Inset(), Labels()
         self.stream = stream
         self.files: list[Path] = []
         self.frames = self.pictures = self.missed = 0
         self.recorder_factory, self.clock, self.bindings = recorder_factory, clock, bindings
         self.frame: Frame | None = None
         self.toasts: list[tuple[float, str, Colour]] = []  # when it goes, text, colour
+        self.inset_box: Pixels | None = None  # where the clip of a style is played
         self.figures = panels.Figures(FIGURES_SECONDS)
         self.picked_at = float("-inf")  # when a part was picked last, which lights it up
         self.type(False)
@@ -234,7 +240,8 @@ class Live:
         self.window.bind()
         if self.frame:  # there is none as long as the bank refuses what is asked
             self.renderer.draw(self.frame, self.view)
-        self.inset.draw(self.window.size)
+        if self.inset_box:
+            self.inset.draw(self.window.size, self.inset_box)
 
     # ---- what actions do -----------------------------------------------------------
 

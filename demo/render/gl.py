@@ -197,17 +197,10 @@ def bind_framebuffer(handle: int, size: tuple[int, int]) -> None:
     GL.glViewport(0, 0, *size)
 
 
-def inlay(
-    picture: Target, framebuffer: int, left: int, bottom: int, border: int, colour: tuple[float, float, float]
-) -> None:
-    """Copies a picture without samples into a corner of another framebuffer, with a border in one colour around it."""
+def inlay(picture: Target, framebuffer: int, left: int, bottom: int) -> None:
+    """Copies a picture without samples to a place in another framebuffer."""
     GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, picture.handle)
     GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, framebuffer)
-    GL.glEnable(GL.GL_SCISSOR_TEST)
-    GL.glScissor(left - border, bottom - border, picture.width + 2 * border, picture.height + 2 * border)
-    GL.glClearColor(*colour, 1.0)
-    GL.glClear(GL.GL_COLOR_BUFFER_BIT)
-    GL.glDisable(GL.GL_SCISSOR_TEST)
     GL.glBlitFramebuffer(
         0,
         0,

@@ -4,6 +4,7 @@ from typing import Sequence
 
 import numpy as np
 
+from demo.figure.colours import PATHS
 from demo.render.view import Paths
 from demo.ui.canvas import Colour
 from sim.body.pose import Pose
@@ -17,9 +18,6 @@ SHADE_JOINTS = [INDEX[name] for name in ("LeftFoot", "LeftToe", "RightFoot", "Ri
 RING_RADII = (0.105, 0.085, 0.105, 0.085)  # metres, of CONTACT_JOINTS
 SHADE = (0.10, 0.12, 0.16)
 CONTACT = (0.13, 0.60, 0.56)
-WISH = (0.97, 0.60, 0.16)
-PREDICTED = (0.10, 0.55, 0.62)
-PAST = (0.42, 0.46, 0.52)
 WAY_HEIGHT = 0.012  # metres that ways lie above the floor
 WAY_STEP = 0.1  # metres between the points of a way that follows uneven ground
 ARROW_MARGIN = 0.05  # metres about an arrow within which it is drawn
@@ -57,7 +55,7 @@ def arrow(frame: Frame) -> list[tuple]:
     if reach < 0.05:
         return []
     start = frame.styled.root_position[[0, 2]] + displacement / reach * 0.42
-    return [(*start, *displacement, *WISH, 0.85, ARROW, 0.085)]
+    return [(*start, *displacement, *PATHS["asked"], 0.85, ARROW, 0.085)]
 
 
 def skeleton(
@@ -75,8 +73,8 @@ def skeleton(
 def paths(paths_: Paths, scale: float, ground: Ground | None = None) -> list[tuple]:
     """The way gone, asked and predicted: a line each, with a dot at every sample of the two to come."""
     here = paths_.past[-1:]
-    rows = _polyline(paths_.past, PAST, scale, ground)
-    for points, colour, width in ((paths_.predicted, PREDICTED, 1.6), (paths_.desired, WISH, 1.0)):
+    rows = _polyline(paths_.past, PATHS["walked"], scale, ground)
+    for points, colour, width in ((paths_.predicted, PATHS["predicted"], 1.6), (paths_.desired, PATHS["asked"], 1.0)):
         rows += _polyline(np.concatenate([here, points]), colour, scale * width, ground)
         rows += [_line(at, at, (*colour, 1.0), 4.0 * scale) for at in _on_ground(points, ground)]
     return rows

@@ -1,4 +1,4 @@
-"""A clip played small in the window's lower right corner: what a style was learned from."""
+"""A clip played small in a panel of the window: what a style was learned from."""
 
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -8,6 +8,7 @@ import numpy as np
 from demo.render.camera import Camera
 from demo.render.renderer import Renderer
 from demo.render.view import View
+from demo.ui.hud import Pixels
 from sim.body.pose import Pose
 from sim.body.skeleton import PART_NAMES
 from sim.command import Command
@@ -18,16 +19,15 @@ if TYPE_CHECKING:
     from demo.render.gl import Target
 
 SECONDS = 10.0  # that a clip plays at most, over and over if it is shorter
-SIDES = (0.24, 0.30)  # width and height, as shares of the window's height
-MARGIN, BORDER = 14, 2  # pixels at a window height of 720
+SIDES = (0.24, 0.30)  # width and height, as shares of the window's height where the panels leave that
 EVERY = 2  # the window's pictures to one of the clip: half as smooth, half the price
-BORDER_COLOUR = (0.07, 0.094, 0.125)
 
 
 class Inset:
     """Plays one clip at a time. Needs the window's context, as the renderer does."""
 
     def __init__(self) -> None:
+        self.style = ""  # that was learned from the clip
         self._frames: list[Frame] = []  # of the clip
         self._left = 0  # simulated frames that it still plays
         self._renderer: Renderer | None = None  # made with the first picture
@@ -41,6 +41,7 @@ class Inset:
 
     def play(self, clip: Clip, style: str) -> None:
         """Shows a clip from its start, in the colour of a style."""
+        self.style = style
         clip = clip[: round(SECONDS * FPS)]
         root = root_frame(clip.positions(), clip.fps)
         command = Command(style=dict.fromkeys(PART_NAMES, (style, 1.0)))
@@ -62,21 +63,19 @@ class Inset:
                 self._view.jump_to(frame)
             self._view.follow(frame, 1 / FPS)
 
-    def draw(self, window_size: tuple[int, int]) -> None:
-        """Draws it over the picture in the bound framebuffer of (width, height) pixels."""
+    def draw(self, window_size: tuple[int, int], box: Pixels) -> None:
+        """Draws it into a box of the picture in the bound framebuffer of (width, height) pixels."""
         if not self.playing:
             return
         from demo.render import gl  # only now: a window must be open
 
-        window, (width, height) = gl.bound_framebuffer(), window_size
-        inset_width, inset_height = (max(1, round(side * height)) for side in SIDES)
-        renderer, picture = self._fit(gl, (inset_width, inset_height))
+        window, (left, top, width, height) = gl.bound_framebuffer(), box
+        renderer, picture = self._fit(gl, (max(1, width), max(1, height)))
         if self._age % EVERY == 0:
             picture.bind()
             renderer.draw(self._frame(), self._view)
         self._age += 1
-        margin, border = (round(pixels * height / 720) for pixels in (MARGIN, BORDER))
-        gl.inlay(picture, window, width - picture.width - margin, margin, border, BORDER_COLOUR)
+        gl.inlay(picture, window, left, window_size[1] - top - picture.height)
 
     def _frame(self) -> Frame:
         return self._frames[(round(SECONDS * FPS) - self._left) % len(self._frames)]

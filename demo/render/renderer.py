@@ -7,7 +7,7 @@ from demo.render import ground_decals
 from demo.render.camera import Camera
 from demo.render.ground_mesh import TO_LIGHT, tangent_plane
 from demo.render.view import View
-from demo.ui import hud
+from demo.ui import hud, layout
 from sim.body.pose import Pose
 from sim.body.skeleton import PART_NAMES
 from sim.session import Frame
@@ -69,14 +69,13 @@ class Renderer:
         ground.draw(*_sky(camera, size), camera.target, world_to_clip)
         ground.shade(shadow, area, world_to_clip)
         ground.mark(_marks(frame, view), world_to_clip)
-        pixel = 2 * np.tan(camera.field_of_view / 2) / min(size)
-        seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "pixel": pixel}
+        seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "pixel": camera.metres_a_pixel(size)}
         self._bodies.draw(figures, to_light=TO_LIGHT, **seen)
         self._bodies.draw_ghosts(_ghosts(frame, view), **seen)
         self._lines.draw(_lines(frame, view, size), world_to_clip=world_to_clip, half_size=(size[0] / 2, size[1] / 2))
 
         self._scene.resolve_to(output, self.size)
-        self._panels.draw([*hud.place(view.panels, self.size), *view.over], *self.size)
+        self._panels.draw([*layout.place(view.panels, self.size), *view.over], *self.size)
         self._gl.finish()  # whoever times this call means the picture, not the order for it
 
     def _figures(self, frame: Frame, view: View) -> list[body.Figure]:
@@ -148,7 +147,7 @@ def _lines(frame: Frame, view: View, size: tuple[int, int]) -> np.ndarray:
 
 def _sky(camera: Camera, size: tuple[int, int]) -> tuple[float, tuple[float, float]]:
     """Where the ground ends, in clip units, and the sine of the elevation in the middle with its growth upwards."""
-    half = np.arctan(np.tan(camera.field_of_view / 2) / min(1.0, size[0] / size[1]))
+    focal, _, aim = camera.lens(size[0] / size[1])
     below = camera.pitch - np.arctan2(camera.eye[1], GROUND_SEEN)
-    middle = np.sin(-camera.pitch)
-    return float(np.tan(below) / np.tan(half)), (middle, np.sin(half - camera.pitch) - middle)
+    middle, top = (np.sin(np.arctan((clip - aim) / focal) - camera.pitch) for clip in (0.0, 1.0))
+    return float(aim + focal * np.tan(below)), (float(middle), float(top - middle))

@@ -4,15 +4,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from demo.render.camera import Camera
-from demo.ui.hud import Panel, Placed
+from demo.render.camera import NEAR, Camera
+from demo.ui import layout
+from demo.ui.canvas import Box
+from demo.ui.hud import Panel, Pixels, Placed
 from sim.body.pose import Pose
+from sim.body.skeleton import INDEX, PARENTS
 from sim.ground.ground import Ground
 from sim.math.vectors import UP
 from sim.session import Frame
 
+BREADTH = {"": 0.8, "beside": 1.1, "ghost": 0.8}  # of what is to be seen whole, as a share of the field of view
+FLESH = 0.11  # metres of body about the joints, at most
 TWIN_DISTANCE = 1.15  # metres between the character and its neutral twin
 TWINS = ("", "beside", "ghost")
+# Joints that the body goes on beyond, and how far, as a share of the bone that leads there.
+ENDS = np.array([INDEX[name] for name in ("Head", "LeftHand", "RightHand", "LeftToe", "RightToe")])
+TIPS = np.array([[1.0], [0.6], [0.6], [0.5], [0.5]])
 
 
 @dataclass(frozen=True)
@@ -49,15 +57,44 @@ class View:
 
     def follow(self, frame: Frame, seconds: float) -> None:
         """Moves the camera with the character (with what lies between it and its twin) for `seconds`."""
-        self.camera.follow(self._aim(frame), seconds, self.ground)
+        place = self._aim(frame)
+        self.camera.follow(place, seconds, self.ground, self._aim(frame, self.twin_shift(frame) / 2) - place)
 
     def jump_to(self, frame: Frame) -> None:
         """Aims the camera at the character, and its twin, at once."""
-        self.camera.jump(self._aim(frame), self.ground)
+        self.camera.jump(self._aim(frame, self.twin_shift(frame) / 2), self.ground)
 
-    def _aim(self, frame: Frame) -> np.ndarray:
-        """(3,) the place on the ground that the camera looks at: it stays there while the character jumps."""
-        place = frame.styled.root_position + self.twin_shift(frame) / 2
+    def free_area(self, size: tuple[int, int]) -> Pixels:
+        """The part of a picture of that size, in pixels, that panels leave free and in which the character, and its
+        twin, are largest."""
+        boxes = tuple(layout.with_gap(placed) for placed in layout.place(self.panels, size))
+        return layout.free_area(boxes, size, BREADTH[self.twin])
+
+    def make_room(self, size: tuple[int, int]) -> None:
+        """The camera puts the character, and its twin, there."""
+        left, top, width, height = layout.within(self.free_area(size), size, BREADTH[self.twin])
+        shares = left / size[0], top / size[1], width / size[0], height / size[1]
+        self.camera.make_room(*shares, BREADTH[self.twin])
+
+    def pixels(self, points: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+        """Where points (n, 3) are in a picture of that size: (n, 3) left and top in pixels, distance in metres."""
+        clip = np.column_stack([points, np.ones(len(points))]) @ self.camera.world_to_clip(size[0] / size[1]).T
+        distance = np.maximum(clip[:, 3:], NEAR)
+        return np.concatenate([(clip[:, :2] / distance * [1, -1] + 1) / 2 * size, distance], axis=1)
+
+    def figure_box(self, pose: Pose, size: tuple[int, int], shift: np.ndarray | float = 0.0) -> Box:
+        """Left, top, width and height in pixels of what holds a body moved by `shift` metres, in a picture of that
+        size."""
+        joints = pose.positions + shift
+        tips = joints[ENDS] + TIPS * (joints[ENDS] - joints[PARENTS[ENDS]])
+        places = self.pixels(np.concatenate([joints, tips]), size)
+        flesh = FLESH / (self.camera.metres_a_pixel(size) * places[:, 2:])
+        low, high = (places[:, :2] - flesh).min(0), (places[:, :2] + flesh).max(0)
+        return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])
+
+    def _aim(self, frame: Frame, shift: np.ndarray | float = 0.0) -> np.ndarray:
+        """(3,) the place on the ground at so much from the character: it stays there while the character jumps."""
+        place = frame.styled.root_position + shift
         return place + UP * (self._height(place) - place[1])
 
     def _height(self, place: np.ndarray) -> float:

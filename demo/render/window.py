@@ -3,12 +3,14 @@
 import os
 import sys
 import warnings
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pygame
 
 TITLE = "Patchwalk"
+ICON = Path(__file__).parents[1] / "icon.png"  # demo.tools.icon draws it
 GL_VERSION = (3, 3)
 BASE_SIZE = (1280, 720)
 PACKAGES = "on Debian or Ubuntu: apt-get install libegl1 libgl1 libgl1-mesa-dri"
@@ -29,6 +31,7 @@ class Window:
 
     def __init__(self, size: tuple[int, int]) -> None:
         pygame.display.set_caption(TITLE)
+        pygame.display.set_icon(pygame.image.load(ICON))
         self.size = size[0], size[1]
         self._gl = _load_gl()
 
@@ -114,6 +117,7 @@ def open_window(size: tuple[int, int] | None = None, visible: bool = True) -> Wi
     if visible and not has_display():
         raise NoDisplay("there is no display to open a window on: set DISPLAY or WAYLAND_DISPLAY, or run headless")
     pygame.display.quit()
+    os.environ["SDL_VIDEO_X11_WMCLASS"] = TITLE  # what a taskbar files the window under; pygame set another
     os.environ.setdefault("SDL_WINDOWS_DPI_AWARENESS", "permonitorv2")  # else Windows magnifies the picture, blurred
     with _video_driver(None if visible else _offscreen_driver()):
         try:

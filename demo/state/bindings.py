@@ -15,7 +15,8 @@ class Control:
     """A line of the help, and the actions it stands for.
 
     keys, pad, mouse: action -> names of keys, gamepad controls and mouse buttons, all of which do the same.
-    touch: what the help says of the panels. menu: the page of the menu it is on; its first action is done there."""
+    touch: what the help says of the panels. menu: the page of the menu it is on; its first action is done there.
+    group: the heading of the help that begins with it."""
 
     help: str
     keys: Mapping[str, Names] = field(default_factory=dict)
@@ -23,33 +24,40 @@ class Control:
     mouse: Mapping[str, Names] = field(default_factory=dict)
     touch: str = ""
     menu: str = ""
+    group: str = ""
 
 
 PARTS_BY_NUMBER = ("left_leg", "right_leg", "spine", "left_arm", "right_arm", "legs", "arms", "upper", "all")
 SLOTS = range(1, 9)  # of presets
-MENU_PAGES = ("see", "style", "presets", "window")
+MENU_PAGES = ("show", "style", "presets", "window")
 
 CONTROLS = (
     Control(
         "walk",
         {"forward": ("w", "up"), "left": ("a", "left"), "back": ("s", "down"), "right": ("d", "right")},
         {"walk": ("left stick",)},
+        group="Move",
     ),
-    Control("run while held", {"run": ("left shift", "right shift")}, {"run": ("righttrigger",)}),
+    Control("run (hold)", {"run": ("left shift", "right shift")}, {"run": ("righttrigger",)}),
     Control("jump", {"jump": ("space",)}, {"jump": ("a",)}),
-    Control("crouch while held", {"crouch": ("c",)}, {"crouch": ("lefttrigger+leftshoulder",)}),
-    Control("crouch until pressed again", {"crouch_toggle": ("j",)}, {"crouch_toggle": ("b",)}),
-    Control("turn where it faces", {"face_left": ("q",), "face_right": ("e",)}, {"face": ("lefttrigger+right stick",)}),
-    Control("face where it goes again", {"face_free": ("f",)}, {"face_free": ("lefttrigger+rightstick",)}),
-    Control("styled legs set the pace, or the stick alone", {"pace": ("i",)}, menu="style"),
+    Control("crouch (hold)", {"crouch": ("c",)}, {"crouch": ("lefttrigger+leftshoulder",)}),
+    Control("crouch (on, off)", {"crouch_toggle": ("j",)}, {"crouch_toggle": ("b",)}),
     Control(
-        "pick a body part or a group",
+        "face left, right while walking",
+        {"face_left": ("q",), "face_right": ("e",)},
+        {"face": ("lefttrigger+right stick",)},
+    ),
+    Control("face forward again", {"face_free": ("f",)}, {"face_free": ("lefttrigger+rightstick",)}),
+    Control("speed from the leg style or the stick", {"pace": ("i",)}, menu="style"),
+    Control(
+        "select a body part or a group",
         {f"pick_{part}": (str(n),) for n, part in enumerate(PARTS_BY_NUMBER[:-1], 1)},
         {"part_previous": ("dpad_up",), "part_next": ("dpad_down",)},
         {"touch": ("left",)},
-        touch="on it, or its picture",
+        touch="on it",
+        group="Style",
     ),
-    Control("pick the whole body", {"pick_all": ("9", "0")}, {"pick_all": ("x",)}),
+    Control("select the whole body", {"pick_all": ("9", "0")}, {"pick_all": ("x",)}),
     Control(
         "change its style",
         {"style_previous": ("[", "page up"), "style_next": ("]", "page down")},
@@ -63,7 +71,7 @@ CONTROLS = (
         touch="the slider",
     ),
     Control(
-        "blend a second style in, or back to the first",
+        "blend in a second style (on, off)",
         {"blend": ("b",)},
         {"blend": ("leftstick",)},
         touch="“blend”",
@@ -71,58 +79,67 @@ CONTROLS = (
     ),
     Control("search the styles", {"search": ("/", "ctrl+f")}, touch="the search line", menu="style"),
     Control(
-        "back to its own style",
+        "part back to no style",
         {"own_style": ("backspace",)},
         {"own_style": ("lefttrigger+a",)},
         touch="“own”",
         menu="style",
     ),
-    Control(
-        "whole body back to its own style", {"reset": ("delete", "shift+backspace")}, touch="“reset”", menu="style"
-    ),
+    Control("all back to no style", {"reset": ("delete", "shift+backspace")}, touch="“reset”", menu="style"),
     Control("next stylizer", {"stylizer_next": ("y",)}, {"stylizer_next": ("lefttrigger+b",)}, menu="style"),
-    Control("draw the styles of chance anew", {"reroll": ("u",)}, menu="style"),
-    Control("random mix", {"random": ("v",)}, {"random": ("lefttrigger+x",)}, touch="“random”", menu="style"),
+    Control("sample the sampled styles again", {"reroll": ("u",)}, menu="style"),
     Control(
-        "neutral while held, to compare",
+        "random styles on all parts", {"random": ("v",)}, {"random": ("lefttrigger+x",)}, touch="“random”", menu="style"
+    ),
+    Control(
+        "compare with no styles (hold)",
         {"compare": ("return", "keypad enter")},
         {"compare": ("lefttrigger+rightshoulder",)},
         touch="hold “A / B”",
     ),
-    Control("next preset", {"preset_next": ("l",)}, {"preset_next": ("rightstick",)}, touch="its button"),
     Control(
-        "wear a preset", {f"preset_{slot}": (f"ctrl+{slot}",) for slot in SLOTS}, touch="its button", menu="presets"
+        "next preset", {"preset_next": ("l",)}, {"preset_next": ("rightstick",)}, touch="its button", group="Presets"
     ),
     Control(
-        "save as a preset",
+        "use a preset", {f"preset_{slot}": (f"ctrl+{slot}",) for slot in SLOTS}, touch="its button", menu="presets"
+    ),
+    Control(
+        "save the styles as a preset",
         {f"save_{slot}": (f"ctrl+shift+{slot}",) for slot in SLOTS},
         touch="right click on it",
         menu="presets",
     ),
-    Control("neutral twin beside it, as a ghost, gone", {"twin": ("n",)}, {"twin": ("y",)}, menu="see"),
-    Control("skeleton", {"skeleton": ("k",)}, menu="see"),
-    Control("trajectory asked and predicted", {"trajectory": ("t",)}, menu="see"),
-    Control("foot contacts", {"contacts": (",",)}, menu="see"),
-    Control("the last half second", {"onion": ("o",)}, menu="see"),
-    Control("phase dial", {"phase": ("p",)}, menu="see"),
-    Control("attention map of the part", {"attention": ("h",)}, menu="see"),
-    Control("frame times", {"times": ("g",)}, {"times": ("lefttrigger+y",)}, menu="see"),
-    Control("orbit the camera", {}, {"orbit": ("right stick",)}, {"orbit": ("left", "right", "middle")}, touch="drag"),
+    Control("neutral twin (beside, see-through, off)", {"twin": ("n",)}, {"twin": ("y",)}, menu="show", group="Show"),
+    Control("skeleton", {"skeleton": ("k",)}, menu="show"),
+    Control("path: walked, asked, predicted", {"trajectory": ("t",)}, menu="show"),
+    Control("feet on the ground", {"contacts": (",",)}, menu="show"),
+    Control("poses of the last half second", {"onion": ("o",)}, menu="show"),
+    Control("phase of the stride", {"phase": ("p",)}, menu="show"),
+    Control("attention map of the selected part", {"attention": ("h",)}, menu="show"),
+    Control("time of each stage", {"times": ("g",)}, {"times": ("lefttrigger+y",)}, menu="show"),
+    Control(
+        "turn the camera",
+        {},
+        {"orbit": ("right stick",)},
+        {"orbit": ("left", "right", "middle")},
+        touch="drag",
+        group="Camera",
+    ),
     Control(
         "zoom",
         {"zoom_in": ("z",), "zoom_out": ("x",)},
         {"zoom_in": ("lefttrigger+dpad_up",), "zoom_out": ("lefttrigger+dpad_down",)},
         {"zoom_in": ("wheel up",), "zoom_out": ("wheel down",)},
     ),
-    Control("next ground", {"ground": ("f2",)}, {"ground": ("lefttrigger+dpad_left",)}, menu="window"),
-    Control("menu of everything", {"menu": ("m",)}, {"menu": ("start",)}, touch="“menu”"),
-    Control("hide the panels, show them", {"panels": ("tab",)}, touch="“hide”", menu="window"),
-    Control("record the input, stop recording", {"record": ("r",)}, menu="window"),
+    Control("next ground", {"ground": ("f2",)}, {"ground": ("lefttrigger+dpad_left",)}, menu="window", group="Window"),
+    Control("menu", {"menu": ("m",)}, {"menu": ("start",)}, touch="“menu”"),
+    Control("hide, show the panels", {"panels": ("tab",)}, touch="“hide”", menu="window"),
+    Control("record the input (start, stop)", {"record": ("r",)}, menu="window"),
     Control("export the last 10 seconds", {"export": ("f9",)}, menu="window"),
     Control("save a picture", {"screenshot": ("f12",)}, menu="window"),
     Control("full screen", {"full_screen": ("f11",)}, menu="window"),
-    Control("this help", {"help": ("f1",)}, {"help": ("back",)}, touch="“help”", menu="window"),
-    Control("leave", {"leave": ("escape",)}, menu="window"),
+    Control("help", {"help": ("f1",)}, {"help": ("back",)}, touch="“help”", menu="window"),
+    Control("quit", {"leave": ("escape",)}, menu="window"),
 )
 
 # While the menu is open or something is typed, these go before the table above; they cannot be changed.
@@ -177,6 +194,15 @@ class Bindings:
             rows.append((control.help, keys, " ".join(filter(None, (mouse, control.touch))) or by_menu, pad or by_menu))
         return rows
 
+    def help_groups(self) -> dict[str, list[tuple[str, str, str, str]]]:
+        """The rows of the help under their headings."""
+        groups: dict[str, list[tuple[str, str, str, str]]] = {}
+        for control, row in zip(CONTROLS, self.help_rows(), strict=True):
+            if control.group:
+                groups[control.group] = rows = []
+            rows.append(row)
+        return groups
+
     def shown(self, *actions: str) -> str:
         """The keys of some actions as text, such as `W A S D`."""
         return _text([self.keys[action][:1] for action in actions], _SHOWN)
@@ -211,17 +237,18 @@ _SHOWN = {
     "ctrl": "Ctrl",
     "shift": "Shift",
 }
+ARROWS = "Up Left Down Right"
 _PAD_SHOWN = {
     "dpad_up": "d-pad up",
     "dpad_down": "down",
     "dpad_left": "d-pad left",
     "dpad_right": "right",
-    "leftshoulder": "left shoulder",
-    "rightshoulder": "right shoulder",
+    "leftshoulder": "LB",
+    "rightshoulder": "RB",
     "back": "Back",
     "start": "Start",
-    "righttrigger": "right trigger",
-    "lefttrigger": "left trigger",
+    "righttrigger": "RT",
+    "lefttrigger": "LT",
     "left stick": "left stick",
     "right stick": "right stick",
     "leftstick": "press left stick",
@@ -237,7 +264,8 @@ def _text(columns: list[Names], shown: Mapping[str, str]) -> str:
     rows = [
         [names[place] for names in columns if place < len(names)] for place in range(max(map(len, columns), default=0))
     ]
-    return ", ".join(text for row in rows if (text := _row(row, shown)))
+    texts = [_row(row, shown) for row in rows]
+    return ", ".join("arrows" if text == ARROWS else text for text in texts if text)
 
 
 def _row(names: list[str], shown: Mapping[str, str]) -> str:

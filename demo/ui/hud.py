@@ -1,32 +1,53 @@
-"""The head-up display: panels of widgets stacked at the borders of the window, and what lies under the mouse."""
+"""The head-up display: panels of widgets, how large they are and how they look, and what lies under the mouse."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from demo.ui.canvas import ACCENT, BACKGROUND, Box, Canvas
-from demo.ui.widgets import Region, Widget
+from demo.ui.canvas import ACCENT, BACKGROUND, Box, Canvas, Colour
+from demo.ui.text import Flow, Sentence
+from demo.ui.widgets import Choices, Region, Widget
 
-PADDING, SPACE, MARGIN = 10, 3, 14  # round the widgets, between them, at the window's border
+PADDING, SPACE = 10, 3  # units round the widgets of a panel and between them
+LEAST_SCALE = 0.94  # pixels a unit at which the smallest letters are 11 pixels high, in windows of the size below
+LEAST_SIZE = (800, 600)
+TINY_SCALE = 0.75  # of still smaller pictures
 
-ANCHORS = {  # where a panel sits: fractions of the free width and height, and which way the next one there is stacked
-    "top left": (0.0, 0.0, 1),
-    "top": (0.5, 0.0, 1),
-    "top right": (1.0, 0.0, 1),
-    "center": (0.5, 0.45, 1),
-    "bottom left": (0.0, 1.0, -1),
-    "bottom": (0.5, 1.0, -1),
-    "bottom right": (1.0, 1.0, -1),
-}
+Pixels = tuple[int, int, int, int]  # left, top, width, height
 
 
 @dataclass(frozen=True)
 class Panel:
-    """Widgets under each other, at one of ANCHORS. Equal panels look equal, so a panel is its own cache key."""
+    """Widgets under each other, at one of demo.ui.layout.ANCHORS. Equal panels look equal, so a panel is its own cache
+    key."""
 
     widgets: tuple[Widget, ...]
     anchor: str = "top left"
     width: float = 0  # the least width of the widgets, in units
-    lift: float = 0  # units that it, and what is stacked on it, lies farther from its border
+    padding: float = PADDING  # units round them
+    colour: Colour = BACKGROUND
+
+    def size(self) -> tuple[float, float]:
+        """Its width and height in units."""
+        return _layout(self)[0]
+
+    def wrapped(self, width: float) -> "Panel":
+        """The same, not wider than `width` units where its words can go on in another line."""
+        room = width - 2 * self.padding
+        return replace(
+            self,
+            widgets=tuple(
+                widget.wrapped(room) if isinstance(widget, Sentence | Flow) else widget for widget in self.widgets
+            ),
+        )
+
+    def shortened(self, units: float) -> "Panel":
+        """The same, lower by that much where it holds a list that can show fewer lines."""
+        return replace(
+            self,
+            widgets=tuple(
+                widget.shortened(units) if isinstance(widget, Choices) else widget for widget in self.widgets
+            ),
+        )
 
 
 @dataclass(frozen=True)
@@ -39,10 +60,10 @@ class Highlight:
 
 @dataclass(frozen=True)
 class Placed:
-    """A panel in the window: `box` left, top, width, height in pixels, `scale` pixels a unit."""
+    """A panel in the window: `box` in pixels, `scale` pixels a unit."""
 
     panel: Panel | Highlight
-    box: tuple[int, int, int, int]
+    box: Pixels
     scale: float
 
     @property
@@ -58,7 +79,7 @@ class Placed:
             return canvas.rgba()
         (width, height), boxes = _layout(self.panel)
         canvas = Canvas(width, height, self.scale)
-        canvas.box((0, 0, width, height), BACKGROUND, 7)
+        canvas.box((0, 0, width, height), self.panel.colour, 7)
         for widget, box in zip(self.panel.widgets, boxes, strict=True):
             widget.paint(canvas, box)
         return canvas.rgba()
@@ -67,29 +88,31 @@ class Placed:
         """Where it can be touched, in pixels of the window."""
         if isinstance(self.panel, Highlight):
             return []
-        left, top = self.box[:2]
-        regions = [
-            region
+        return [
+            replace(region, box=self._in_pixels(region.box))
             for widget, box in zip(self.panel.widgets, _layout(self.panel)[1], strict=True)
             for region in widget.regions(box)
         ]
-        return [
-            replace(
-                region,
-                box=(
-                    left + region.box[0] * self.scale,
-                    top + region.box[1] * self.scale,
-                    region.box[2] * self.scale,
-                    region.box[3] * self.scale,
-                ),
-            )
-            for region in regions
-        ]
+
+    def box_of(self, kind: type[Widget]) -> Pixels | None:
+        """Where its first widget of a kind lies, in whole pixels of the window."""
+        if isinstance(self.panel, Panel):
+            for widget, box in zip(self.panel.widgets, _layout(self.panel)[1], strict=True):
+                if isinstance(widget, kind):
+                    left, top, width, height = (round(side) for side in self._in_pixels(box))
+                    return left, top, width, height
+        return None
+
+    def _in_pixels(self, box: Box) -> Box:
+        left, top, width, height = (side * self.scale for side in box)
+        return self.box[0] + left, self.box[1] + top, width, height
 
 
 def scale_for(size: tuple[int, int]) -> float:
-    """Pixels a unit, in quarters: readable in a small window and on a dense screen."""
-    return max(0.75, round(4 * min(size[0] / 1280, size[1] / 720)) / 4)
+    """Pixels a unit: in quarters, so that a window of 1280 x 720 has one; in smaller ones as many as keep letters
+    readable."""
+    quarters = round(4 * min(size[0] / 1280, size[1] / 720)) / 4
+    return max(quarters, TINY_SCALE, LEAST_SCALE * min(1.0, size[0] / LEAST_SIZE[0], size[1] / LEAST_SIZE[1]))
 
 
 @lru_cache(maxsize=64)
@@ -98,28 +121,11 @@ def _layout(panel: Panel) -> tuple[tuple[float, float], tuple]:
     sizes = [widget.size() for widget in panel.widgets]
     width = max(panel.width, *(size[0] for size in sizes))
     boxes: list[Box] = []
-    top: float = PADDING
+    top = panel.padding
     for _, height in sizes:
-        boxes.append((PADDING, top, width, height))
+        boxes.append((panel.padding, top, width, height))
         top += height + SPACE
-    return (width + 2 * PADDING, top - SPACE + PADDING), tuple(boxes)
-
-
-def place(panels: tuple[Panel, ...], size: tuple[int, int]) -> list[Placed]:
-    """Where the panels go in a window of that size in pixels; those at one anchor are stacked in their order."""
-    scale = scale_for(size)
-    margin = round(MARGIN * scale)
-    used = dict.fromkeys(ANCHORS, 0)
-    placed = []
-    for panel in panels:
-        across, down, direction = ANCHORS[panel.anchor]
-        width, height = (round(side * scale) for side in _layout(panel)[0])
-        left = round(margin + across * (size[0] - 2 * margin - width))
-        used[panel.anchor] = max(used[panel.anchor], round(panel.lift * scale))
-        top = round(margin + down * (size[1] - 2 * margin - height)) + direction * used[panel.anchor]
-        used[panel.anchor] += height + margin // 2
-        placed.append(Placed(panel, (left, top, width, height), scale))
-    return placed
+    return (width + 2 * panel.padding, top - SPACE + panel.padding), tuple(boxes)
 
 
 def highlight(region: Region, size: tuple[int, int]) -> Placed:

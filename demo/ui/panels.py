@@ -1,15 +1,12 @@
-"""The panels of the live window, each made of widgets from what the program knows: a table at the end says when."""
+"""The panels of the live window, each made of widgets from what the program knows."""
 
-import textwrap
-from dataclasses import replace
-from functools import cache
 from pathlib import Path
-from typing import Callable, Collection
+from typing import Callable, Collection, Mapping
 
 import numpy as np
 
 from demo.figure.colours import OWN_STYLE, part_colours, style_colour
-from demo.state.bindings import DEFAULT, MENU_PAGES, SLOTS, Bindings
+from demo.state.bindings import MENU_PAGES, SLOTS
 from demo.state.presets import Presets
 from demo.state.style_choice import HALF, OWN, StyleChoice
 from demo.ui.canvas import ACCENT, ALERT, FAINT, INK, SMALL, Colour
@@ -17,6 +14,7 @@ from demo.ui.diagram import Diagram
 from demo.ui.hud import Panel
 from demo.ui.menu import Menu
 from demo.ui.plots import Dial, HeatMap, Times
+from demo.ui.text import Flow, Hole, Sentence
 from demo.ui.widgets import Beside, Button, Buttons, Cell, Choice, Choices, Field, Label, Slider, Stack, Table, Widget
 from sim.body.pose import Pose
 from sim.body.skeleton import GROUPS, PART_NAMES
@@ -27,7 +25,7 @@ from sim.style_spec import MAX_STRENGTH, PartSpec, StyleSpec
 STYLE_PANEL_WIDTH = 282
 OFF = (0.42, 0.47, 0.53)  # the dot of a toggle that is off
 LISTED = 8  # styles seen at once; the slider of a blend takes the room of one
-WIDEST = 90  # letters in a line of a sentence
+INSIGHT_WIDTH = 212  # units of what is seen inside
 UP_DOWN = ("style_previous", "style_next")
 
 
@@ -144,19 +142,19 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
     return Panel(tuple(widgets), "top left", STYLE_PANEL_WIDTH)
 
 
-def _style_lines(choice: StyleChoice) -> list[tuple]:
+def _style_lines(choice: StyleChoice) -> list[tuple[str, Colour, float]]:
     """What stands beside the body: the picked part, and each part's style below."""
-    lines = [(readable(choice.picked), ACCENT, 18)]
+    lines: list[tuple[str, Colour, float]] = [(readable(choice.picked), ACCENT, 18)]
     for part in PART_NAMES:
         spec = choice.style.get(part)
         picked = part in choice.parts
-        lines.append((readable(part), INK if picked else FAINT, 11))
-        lines.append((f"{spec_text(spec)}  {spec.strength:.0%}" if spec else OWN, (INK if picked else FAINT), 13))
+        lines.append((readable(part), INK if picked else FAINT, SMALL))
+        lines.append((f"{spec_text(spec)}  {spec.strength:.0%}" if spec else OWN, (INK if picked else FAINT), SMALL))
     return lines
 
 
 def presets(slots: Presets) -> Panel:
-    """The eight presets: a click wears one, the right button keeps what is worn."""
+    """The eight presets: a click uses one, the right button saves the current styles."""
     buttons = []
     for slot in SLOTS:
         name, style = slots.slots.get(slot, ("", StyleSpec()))
@@ -164,7 +162,7 @@ def presets(slots: Presets) -> Panel:
         buttons.append(
             Button(name or f"{slot}: right click saves", f"preset_{slot}", other=f"save_{slot}", swatches=swatches)
         )
-    rows = tuple(Buttons(tuple(buttons[place : place + 2]), 12) for place in range(0, len(buttons), 2))
+    rows = tuple(Buttons(tuple(buttons[place : place + 2]), SMALL) for place in range(0, len(buttons), 2))
     return Panel(rows, "top left", STYLE_PANEL_WIDTH)
 
 
@@ -187,98 +185,91 @@ def menu(state: Menu, slots: Presets, is_on: Callable[[str], bool | None]) -> Pa
     )
     widgets: list[Widget] = [tabs, Choices(choices, state.row, 8, ("menu_up", "menu_down"))]
     if state.page == "presets":
-        widgets.append(Label("a right click, or X, keeps here what is worn", FAINT, SMALL))
+        widgets.append(Label("right click or X: save the current styles here", FAINT, SMALL))
     return Panel(tuple(widgets), "top right", 330)
 
 
 def status(
-    choice: StyleChoice,
+    stylizer: str,
     figures: Figures,
     missed: int,
     ground: str,
     facing_held: bool,
     crouching: bool,
     recorder: object,
-    brief: bool = False,
 ) -> Panel:
-    """The line that is always there: part, style, strength (left out where `brief`), frame time, missed frames, the
-    ground."""
-    styled = choice.name != OWN
-    blend = choice.other not in (OWN, "mixed")
-    style = f"{choice.name} › {choice.share:.0%} {choice.other}" if blend else choice.name
-    cells = (
-        []
-        if brief
-        else [
-            Cell(readable(choice.picked), ACCENT),
-            Cell(style),
-            Cell(f"strength {choice.strength:.0%}", INK if styled else FAINT),
-        ]
-    )
-    cells += [
-        Cell(f"frame {figures.frame_ms:.1f} ms", FAINT),
-        Cell(f"drawing {figures.draw_ms:.1f} ms", FAINT),
+    """The line below the figure: stylizer, ground, what pictures cost, and what is going on."""
+    cells = [
+        Cell(f"stylizer: {stylizer}"),
+        Cell(f"ground: {Path(ground).name}", FAINT),
         Cell(f"{figures.rate:.0f} pictures/s", FAINT),
-        Cell(f"missed {missed}", ALERT if missed else FAINT),
-        Cell(f"ground {Path(ground).name}", FAINT),
+        Cell(f"drawing {figures.draw_ms:.1f} ms", FAINT),
+        Cell(f"computing {figures.frame_ms:.1f} ms", FAINT),
     ]
+    if missed:
+        cells.append(Cell(f"missed {missed}", ALERT))
     if facing_held:
-        cells.append(Cell("facing held, F frees it", ACCENT))
+        cells.append(Cell("facing held: F lets go", ACCENT))
     if crouching:
-        cells.append(Cell("crouching, J ends it", ACCENT))
+        cells.append(Cell("crouching: J to stand up", ACCENT))
     if recorder:
-        cells.append(Cell("recording, R stops", INK, ALERT))
-    return Panel((Table((tuple(cells),), letters=SMALL),), "bottom")
+        cells.append(Cell("recording: R to stop", INK, ALERT))
+    return Panel((Flow(tuple(cells)),), "bottom")
 
 
 def line(text: str, anchor: str, colour: Colour = INK) -> Panel:
     """One sentence, on as many lines as it needs."""
-    return Panel((Table(tuple((Cell(part, colour),) for part in textwrap.wrap(text, WIDEST))),), anchor)
+    return Panel((Sentence(text, colour),), anchor)
 
 
-def lift(panel: Panel, lift: float) -> Panel:
-    """The same, farther from its border by some units."""
-    return replace(panel, lift=lift)
+def legend(entries: Mapping[str, Colour]) -> Panel:
+    """What the colours of lines and figures on the scene mean."""
+    return Panel(
+        (Flow(tuple(Cell(name, INK, colour) for name, colour in entries.items()), width=INSIGHT_WIDTH),),
+        "bottom right",
+        INSIGHT_WIDTH,
+    )
 
 
 def times(latency: Latency) -> Panel:
     """Time by stage of the last two seconds."""
-    return Panel((Label("time by stage, the last two seconds", FAINT, SMALL), Times.of(latency)), "bottom right")
+    return Panel(
+        (Label("time of each stage, last 2 s", FAINT, SMALL), Times.of(latency)), "bottom right", INSIGHT_WIDTH
+    )
 
 
 def dial(pose: Pose) -> Panel:
     """Phase and contacts."""
     contacts = tuple(float(round(contact, 2)) for contact in pose.contacts)
-    return Panel((Dial(round(float(pose.phase), 3), contacts),), "bottom right")
+    return Panel((Dial(round(float(pose.phase), 3), contacts),), "bottom right", INSIGHT_WIDTH)
 
 
 def attention(values: np.ndarray | str, part: str, spec: PartSpec | None) -> Panel:
     """The attention map of a part: values (content samples, style samples), or a sentence why there is none."""
-    title = Label(f"what the {readable(part)} attends to", FAINT, SMALL)
-    style = f"down: last 0.5 s; across: a stride of {' and '.join(spec.names) if spec else 'neutral'}"
+    title = Label(f"attention of the {readable(part)}", FAINT, SMALL)
     if isinstance(values, str):
-        return Panel((title, Label(values, ALERT, SMALL)), "bottom right", 250)
+        return Panel((title, Sentence(values, ALERT, SMALL, INSIGHT_WIDTH)), "bottom right", INSIGHT_WIDTH)
     colour = style_colour(spec.name) if spec else OWN_STYLE
     rows = tuple(map(tuple, values.round(3).tolist()))
-    return Panel((title, HeatMap(rows, style, tuple(colour))), "bottom right")
+    across = f"across: a stride of {' and '.join(spec.names) if spec else 'its own style'}, start to end"
+    words = Sentence(f"{across}. Bright: used most", FAINT, SMALL, INSIGHT_WIDTH)
+    return Panel((title, HeatMap(rows, tuple(colour)), words), "bottom right", INSIGHT_WIDTH)
 
 
-@cache
-def controls(bindings_rows: tuple = ()) -> Panel:
-    """The help: every control with its key, mouse and gamepad."""
-    head = tuple(Cell(text, FAINT) for text in ("", "keyboard", "mouse", "gamepad"))
-    rows = [(Cell(what), Cell(keys, ACCENT), Cell(mouse), Cell(pad)) for what, keys, mouse, pad in bindings_rows]
-    return Panel((Table((head, *rows), letters=SMALL, line=15.5),), "center")
-
-
-def help_of(bindings: Bindings = DEFAULT) -> Panel:
-    """The help for some bindings."""
-    return controls(tuple(bindings.help_rows()))
-
-
-def title() -> tuple[Panel, ...]:
+def title(stylizer: str) -> tuple[Panel, ...]:
     """What lies over the attract mode."""
     return (
+        Panel((Label(f"stylizer: {stylizer}", FAINT, SMALL),), "top left", STYLE_PANEL_WIDTH / 2),
         line("Patchwalk plays by itself: press any key, button or the mouse to take over", "bottom", ACCENT),
         line("F1 help", "top right", FAINT),
     )
+
+
+def label(text: str, swatch: Colour | None = None) -> Panel:
+    """A few words beside the figure."""
+    return Panel((Table(((Cell(text, INK, swatch),),), letters=SMALL, line=16),), padding=6)
+
+
+def clip(style: str, width: float, height: float) -> Panel:
+    """The room in which the clip is played that a style was learned from."""
+    return Panel((Label(f"{style}: the clip", FAINT, SMALL), Hole(width, height)), "bottom right")

@@ -5,14 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from demo.figure.colours import oklch
-from demo.ui.canvas import ACCENT, ALERT, BACKGROUND, FAINT, FIELD, INK, SMALL, Box, Canvas, Colour, shorten
+from demo.ui.canvas import ACCENT, ALERT, BACKGROUND, FAINT, FIELD, INK, SMALL, Box, Canvas, Colour, text_width
 from demo.ui.widgets import Untouched
 from sim.latency import BUDGET_MS, Latency
 
 STAGES = ("controller", "features", "stylizer", "foot_lock", "render")  # of a picture, in the order they happen
 STAGE_COLOURS = tuple(oklch(0.74, 0.12, hue) for hue in (2.5, 1.6, 4.6, 0.6, 5.8))
+TIMES_OF_ROWS = "0.5 s ago", "now"  # the first and the last of a heat map
 FRAMES = 120  # two seconds
-GRAPH, TOP_MS = 68, 40.0  # height of the graph in units and in milliseconds
+LINE = 16  # units from line to line
+GRAPH, TOP_MS = 60, 40.0  # height of the graph in units and in milliseconds
+INNER = 21  # units about the middle of the dial that are its number's alone
 NAMES = ("left foot", "left toe", "right foot", "right toe")  # of the contacts
 
 
@@ -32,7 +35,7 @@ class Times(Untouched):
         return cls(tuple(map(tuple, columns.round(1).tolist())))
 
     def size(self) -> tuple[float, float]:
-        return 2 * FRAMES, GRAPH + 10 + 17 * ((len(STAGES) + 1) // 2)
+        return 1.5 * FRAMES, GRAPH + 8 + LINE * len(STAGES)
 
     def paint(self, canvas: Canvas, box: Box) -> None:
         height = GRAPH
@@ -44,19 +47,20 @@ class Times(Untouched):
         canvas.picture(pixels.astype(np.uint8), (box[0], box[1], box[2], height))
         line = box[1] + height * (1 - BUDGET_MS / TOP_MS)
         canvas.line([(box[0], line), (box[0] + box[2], line)], ALERT, 1)
-        canvas.box((box[0] + 2, line - 16, 54, 14), BACKGROUND, 3)
-        canvas.text(f"{BUDGET_MS:.1f} ms", box[0] + 6, line - 9, ALERT, SMALL)
+        budget = f"{BUDGET_MS:.1f} ms: 60 pictures/s"
+        canvas.box((box[0] + 2, line - 16, text_width(budget, SMALL) + 8, 14), BACKGROUND, 3)
+        canvas.text(budget, box[0] + 6, line - 9, ALERT, SMALL)
         means = np.array(self.columns[-30:]).mean(0)
         for place, (stage, mean) in enumerate(zip(STAGES, means, strict=True)):
-            left, middle = box[0] + place % 2 * (box[2] / 2 + 5), box[1] + height + 16 + 17 * (place // 2)
-            canvas.disc(left + 6, middle, 4.5, STAGE_COLOURS[place])
-            canvas.text("drawing" if stage == "render" else stage.replace("_", " "), left + 17, middle, INK, SMALL)
-            canvas.text(f"{mean:.1f}", left + box[2] / 2 - 5, middle, INK, SMALL, align=1.0)
+            middle = box[1] + height + 8 + LINE * (place + 0.5)
+            canvas.disc(box[0] + 6, middle, 4.5, STAGE_COLOURS[place])
+            canvas.text("drawing" if stage == "render" else stage.replace("_", " "), box[0] + 17, middle, INK, SMALL)
+            canvas.text(f"{mean:.1f} ms", box[0] + box[2], middle, INK, SMALL, align=1.0)
 
 
 @dataclass(frozen=True)
 class Dial(Untouched):
-    """The phase as a clock's hand, and the four foot contacts beside it."""
+    """The phase as a mark that runs round its number, and the four foot contacts beside it."""
 
     phase: float  # radians
     contacts: tuple[float, ...]  # left foot, left toe, right foot, right toe
@@ -70,10 +74,10 @@ class Dial(Untouched):
         for quarter in range(4):
             sine, cosine = np.sin(quarter * np.pi / 2), np.cos(quarter * np.pi / 2)
             canvas.line([(x + sine * 34, y - cosine * 34), (x + sine * 39, y - cosine * 39)], FAINT)
-        tip = x + np.sin(self.phase) * 31, y - np.cos(self.phase) * 31
-        canvas.line([(x, y), tip], ACCENT, 2.5)
-        canvas.disc(*tip, 5, ACCENT)
-        canvas.text(f"{np.degrees(self.phase):.0f}°", x, y + 16, FAINT, SMALL, align=0.5)
+        sine, cosine = np.sin(self.phase), np.cos(self.phase)
+        canvas.line([(x + sine * INNER, y - cosine * INNER), (x + sine * 31, y - cosine * 31)], ACCENT, 2.5)
+        canvas.disc(x + sine * 31, y - cosine * 31, 5, ACCENT)
+        canvas.text(f"{np.degrees(self.phase) % 360:.0f}°", x, y, INK, SMALL, align=0.5)
         for place, name in enumerate(NAMES):
             middle = box[1] + 14 + 21 * place
             canvas.disc(box[0] + 108, middle, 6, FIELD)
@@ -84,20 +88,20 @@ class Dial(Untouched):
 
 @dataclass(frozen=True)
 class HeatMap(Untouched):
-    """A table of shares as colours, from dark to light."""
+    """A table of shares as colours, from dark to light: a row for each sample of the last half second."""
 
     rows: tuple[tuple[float, ...], ...]
-    below: str
     colour: Colour
 
     def size(self) -> tuple[float, float]:
-        return 250, 90
+        return 180, 72
 
     def paint(self, canvas: Canvas, box: Box) -> None:
         values = np.array(self.rows)
         values = np.sqrt(values / max(values.max(), 1e-9))[..., None]
         low, high = np.array(FIELD[:3]), np.array(self.colour)
         pixels = low + (high - low) * np.minimum(2 * values, 1) + (1 - high) * np.maximum(2 * values - 1, 0)
-        place = (box[0], box[1], box[2], 72)
-        canvas.picture((255 * pixels).astype(np.uint8), place)
-        canvas.text(shorten(self.below, box[2], SMALL), box[0], box[1] + 82, FAINT, SMALL)
+        left = max(text_width(text, SMALL) for text in TIMES_OF_ROWS) + 6
+        canvas.picture((255 * pixels).astype(np.uint8), (box[0] + left, box[1], box[2] - left, box[3]))
+        for text, middle in zip(TIMES_OF_ROWS, (7, box[3] - 7), strict=True):
+            canvas.text(text, box[0] + left - 6, box[1] + middle, FAINT, SMALL, align=1.0)

@@ -4,7 +4,8 @@ touched.
 A widget is a frozen dataclass, made anew for each picture from what the program knows; equal widgets look equal, so a
 picture of them is kept until one changes. Nothing here remembers anything: what a touch means is an action's name."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from demo.ui.canvas import ACCENT, FAINT, FIELD, INK, LIT, SMALL, TEXT, Box, Canvas, Colour, shorten, text_width
@@ -13,6 +14,7 @@ LINE = 23  # units from line to line
 ROW = 21  # of a list
 GAP = 13  # between columns
 SWATCH = 5.5  # radius of a dot of colour
+LEAST_SHOWN = 3  # lines of a list for which there is little room
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,13 @@ class Cell:
         """In units, with letters of that height."""
         return text_width(self.text, letters) + (GAP * 1.5 if self.swatch else 0)
 
+    def paint(self, canvas: Canvas, left: float, middle: float, letters: float) -> None:
+        """Draws it from `left` on, about a height."""
+        if self.swatch:
+            canvas.disc(left + 7, middle, SWATCH, self.swatch)
+            left += GAP * 1.5
+        canvas.text(self.text, left, middle, self.colour, letters)
+
 
 @dataclass(frozen=True)
 class Table(Untouched):
@@ -85,11 +94,7 @@ class Table(Untouched):
             if number in self.lit_rows:
                 canvas.box((left - 6, top + 1, box[2] + 12, self.line - 2), LIT)
             for cell, width in zip(row, self._widths(), strict=False):  # a short row leaves columns empty
-                start = left
-                if cell.swatch:
-                    canvas.disc(left + 7, top + self.line / 2, SWATCH, cell.swatch)
-                    start += GAP * 1.5
-                canvas.text(cell.text, start, top + self.line / 2, cell.colour, self.letters)
+                cell.paint(canvas, left, top + self.line / 2, self.letters)
                 left += width + GAP
 
 
@@ -249,6 +254,11 @@ class Choices:
     def size(self) -> tuple[float, float]:
         widths = [text_width(choice.text) + text_width(choice.note, SMALL) for choice in self.choices]
         return max(widths, default=0) + 50, ROW * self.shown
+
+    def shortened(self, units: float) -> "Choices":
+        """A list that is lower by so much, as far as it can be."""
+        lines = self.shown - max(0, math.ceil(units / ROW))
+        return replace(self, shown=max(lines, min(self.shown, LEAST_SHOWN)))
 
     def _visible(self) -> range:
         count = len(self.choices)

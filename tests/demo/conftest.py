@@ -1,4 +1,8 @@
-"""A window that nobody sees, in an empty folder, for whatever is driven by events."""
+"""A window that nobody sees, in an empty folder, for whatever is driven by events; and a screen that nobody sees."""
+
+import os
+import shutil
+import subprocess
 
 import pytest
 
@@ -13,3 +17,24 @@ def screen(tmp_path, monkeypatch):
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
     with offscreen(SIZE) as opened:
         yield opened
+
+
+@pytest.fixture
+def display():
+    """The name of an X server of the test's own."""
+    if not (shutil.which("Xvfb") and shutil.which("xdotool")):
+        pytest.skip("needs Xvfb and xdotool")
+    reading, writing = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1024x640x24"],
+        pass_fds=[writing],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(writing)
+    number = os.read(reading, 16).decode().strip()
+    if not number:
+        pytest.skip("Xvfb does not start here")
+    yield f":{number}"
+    server.terminate()
+    server.wait()
+    os.close(reading)

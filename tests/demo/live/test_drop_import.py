@@ -13,16 +13,17 @@ import pytest
 
 from demo.live.drop_import import PATIENCE, DropImport, describe_file
 from demo.live.live import Live
-from demo.render.inset import SECONDS, SIDES, Inset
+from demo.render.inset import SECONDS, Inset
 from sim.io import bvh
 from sim.session import Session
 from stylizer.runtime.catalogue import make_stylizer
 from stylizer.styles.bank import BUNDLED, StyleBank
 from stylizer.systems import checkpoint
 from tests.demo.live.test_live import Clock
-from tests.support.fakes import Walker, key
+from tests.support.fakes import Walker, key, offscreen
 from tests.support.walker import walking_clip
 
+SIZE = (800, 600)  # in which there is room for the panels
 FRAMES_PLAYED = round(60 * SECONDS)
 TOO_LONG = 120  # seconds after which learning is given up; nothing is measured by it
 
@@ -35,6 +36,14 @@ def bundled(tmp_path_factory) -> Path:
     for name in ("own_motion", f"{checkpoint.SHIPPED}/neutral", f"{checkpoint.SHIPPED}/marching"):
         shutil.copy(BUNDLED / f"{name}.safetensors", folder / f"{name}.safetensors")
     return folder
+
+
+@pytest.fixture
+def screen(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
+    with offscreen(SIZE) as opened:
+        yield opened
 
 
 @pytest.fixture
@@ -101,10 +110,10 @@ def test_a_dropped_clip_is_worn_by_the_picked_part_and_shown(live, limp, tmp_pat
         live.inset.step()
     live.paint()
     without = live.window.read_pixels().astype(int)
-    height, width = without.shape[:2]
+    left, top, width, height = live.inset_box
     changed = np.abs(moved - without).max(axis=2) > 8
-    corner = changed[int(height * (0.96 - SIDES[1])) :, width - int(height * (SIDES[0] + 0.04)) :]
-    assert changed.sum() == corner.sum() > 0.2 * SIDES[0] * SIDES[1] * height**2, "in the corner and nowhere else"
+    inside = changed[top : top + height, left : left + width]
+    assert changed.sum() == inside.sum() > 0.5 * width * height, "in its panel and nowhere else"
     assert np.abs(moved - with_inset).max() > 30, "it moves"
 
 
@@ -127,10 +136,10 @@ def test_the_inset_plays_a_short_clip_again_and_follows_the_window(screen):
         inset.step()
     assert inset.playing and inset._frame() is inset._frames[(FRAMES_PLAYED - 1) % 60]
     sizes = []
-    for size in ((320, 180), (160, 90)):
-        inset.draw(size)
+    for box in ((200, 80, 43, 54), (10, 10, 60, 70)):
+        inset.draw(screen.size, box)
         sizes.append((inset._picture.width, inset._picture.height))
-    assert sizes == [tuple(round(side * height) for side in SIDES) for height in (180, 90)]
+    assert sizes == [(43, 54), (60, 70)]
     inset.step()
     assert not inset.playing
 
@@ -143,7 +152,7 @@ def test_files_dropped_together_are_one_style_that_knows_the_movements_of_all(li
     assert live.choice.name == "My-limp" and "Hurry" not in live.choice.styles
     assert live.session.stylizer.bank["My-limp"].gait.movements == ("walk", "run")
     assert any("learning My limp.bvh and Hurry.bvh" in text for text in said(live))
-    assert any(text.startswith("learned “My-limp” (walk, run): worn by whole body") for text in said(live))
+    assert any(text.startswith("learned “My-limp” (walk, run): now on the whole body") for text in said(live))
 
 
 def test_one_that_cannot_be_used_refuses_all_that_were_dropped_with_it(live, limp, tmp_path):

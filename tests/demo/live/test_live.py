@@ -9,7 +9,6 @@ import pytest
 
 from demo.live import capture
 from demo.live.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
-from demo.state.style_choice import StyleChoice
 from demo.state.stylizers import Stylizers
 from demo.ui import panels
 from sim.command import Command
@@ -176,27 +175,18 @@ def test_resizing_reaches_the_renderer(screen):
 
 
 def texts(panel) -> str:
-    (table,) = panel.widgets
-    return " ".join(cell.text for row in table.rows for cell in row)
+    (flow,) = panel.widgets
+    return " ".join(cell.text for cell in flow.cells)
 
 
-def test_the_status_line_names_part_style_strength_times_and_missed():
-    choice, figures = StyleChoice(STYLES), panels.Figures(0.25)
-    choice.pick("left_arm")
-    choice.cycle(1)
-    choice.change_strength(-3)
+def test_the_status_line_names_stylizer_ground_times_and_missed():
+    figures = panels.Figures(0.25)
     for now in np.arange(0, 1, 0.125):
         figures.tick(now, 5.0, 12.0)
-    text = texts(panels.status(choice, figures, 7, "maps/moon.png", False, True, None))
-    wanted = "left arm", "bent", "70%", "frame 5.0 ms", "drawing 12.0 ms", "8 pictures/s", "missed 7", "ground moon.png"
-    for part in (*wanted, "crouching, J ends it"):
+    text = texts(panels.status("joints", figures, 7, "maps/moon.png", False, True, None))
+    wanted = "stylizer: joints", "computing 5.0 ms", "drawing 12.0 ms", "8 pictures/s", "missed 7", "ground: moon.png"
+    for part in (*wanted, "crouching: J"):
         assert part in text
-
-
-def test_the_help_shows_every_control():
-    text = texts(panels.help_of())
-    for word in ("W A S D", "F12", "Esc", "wheel", "left stick", "record"):
-        assert word in text
 
 
 class Chance(Bender):

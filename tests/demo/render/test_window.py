@@ -16,7 +16,7 @@ from demo.live.live import Live
 from demo.state import bindings, user_bindings
 from demo.state.bindings import DEFAULT, SLOTS
 from demo.state.presets import Presets, describe
-from demo.ui import diagram, hud
+from demo.ui import diagram
 from sim.body.skeleton import GROUPS, PART_NAMES
 from sim.command import Command
 from sim.style_spec import PartSpec, StyleSpec
@@ -176,11 +176,11 @@ def test_two_styles_are_blended_on_a_part(player):
 def test_styled_legs_set_the_pace_until_the_stick_alone_does(player):
     assert player.commands[-1].pace is True
     player.press("i")
-    assert player.commands[-1].pace is False and player.live.toasts[-1][1] == "the stick sets the pace"
+    assert player.commands[-1].pace is False and player.live.toasts[-1][1] == "speed: as the stick asks"
     assert not actions.is_on(player.live, "pace")
     player.press("m", "right")
     player.click("pace")
-    assert player.commands[-1].pace is True and player.live.toasts[-1][1] == "legs set the pace"
+    assert player.commands[-1].pace is True and player.live.toasts[-1][1] == "speed: as the style of the legs asks"
     assert actions.is_on(player.live, "pace")
 
 
@@ -396,35 +396,6 @@ def test_help_closes_before_the_window_does(player):
     assert not player.live.helping and not player.live.leaving
     player.press("escape")
     assert player.live.leaving
-
-
-def beyond(player, size: tuple[int, int]) -> set[tuple[str, str]]:
-    """(anchor, border) of each panel that reaches beyond a border of a window of that size, all there is being seen."""
-    player.live.seen |= {"times", "phase", "attention"}
-    player.live.choice.blending = True
-    panels = hud.place(tuple(overlay._panels(player.live)), size)
-    assert len(panels) == 8
-    return {
-        (placed.panel.anchor, border)
-        for placed in panels
-        for left, top, width, height in [placed.box]
-        for border, is_beyond in (
-            ("left", left < 0),
-            ("upper", top < 0),
-            ("right", left + width > size[0]),
-            ("lower", top + height > size[1]),
-        )
-        if is_beyond
-    }
-
-
-@pytest.mark.parametrize("size", [SIZE, (1280, 720), (1920, 1080), (2560, 1440)])
-def test_panels_stay_within_windows_of_all_usual_sizes(player, size):
-    assert beyond(player, size) == set()
-
-
-def test_in_a_window_too_low_for_them_only_the_panels_on_the_left_are_cut_off_below(player):
-    assert beyond(player, (640, 360)) == {("top left", "lower")}
 
 
 # ---- the first minute -----------------------------------------------------------

@@ -6,11 +6,12 @@ import pytest
 from demo.state.bindings import DEFAULT
 from demo.state.presets import Presets
 from demo.state.style_choice import StyleChoice
-from demo.ui import hud, panels
-from demo.ui.canvas import shorten, text_width
+from demo.ui import help, hud, layout, panels
+from demo.ui.canvas import ACCENT, SMALL, Canvas, shorten, text_width
 from demo.ui.menu import Menu
-from demo.ui.plots import FRAMES, STAGES, Times
-from demo.ui.widgets import Choice, Choices, Region
+from demo.ui.plots import FRAMES, STAGES, Dial, Times
+from demo.ui.text import Flow, Sentence
+from demo.ui.widgets import LEAST_SHOWN, Cell, Choice, Choices, Region
 from sim.latency import Latency
 from sim.style_spec import PartSpec
 from tests.support.fakes import Walker
@@ -22,7 +23,7 @@ BACKGROUND = 90  # of 255, that the panels are laid over
 
 def picture(panel: hud.Panel) -> np.ndarray:
     """(height, width, 3) of a panel over grey."""
-    (placed,) = hud.place((panel,), (1280, 720))
+    (placed,) = layout.place((panel,), (1280, 720))
     width, height = placed.box[2:]
     rgba = np.frombuffer(placed.pixels(), np.uint8).reshape(height, width, 4).astype(float)
     return rgba[..., :3] + BACKGROUND * (1 - rgba[..., 3:] / 255)
@@ -60,7 +61,7 @@ PANELS = {
     "presets": presets_panel,
     "menu": menu_panel,
     "attention": attention_panel,
-    "help": panels.help_of,
+    "help": lambda: help.pages()[0],
     "times": lambda: panels.times(latency()),
     "dial": lambda: panels.dial(Walker()._pose(1.0)),
 }
@@ -80,18 +81,45 @@ def test_equal_panels_are_one_picture_and_others_are_not():
     assert panels.style_panel(choice, False, False) != one
 
 
-def test_panels_at_one_anchor_do_not_overlap():
-    lines = panels.line("a", "top"), panels.line("b", "top"), panels.lift(panels.line("c", "bottom"), 100)
-    placed = hud.place(lines, (1280, 720))
-    assert placed[0].box[1] + placed[0].box[3] <= placed[1].box[1]
-    assert placed[2].box[1] + placed[2].box[3] <= 720 - 100
-
-
 def test_a_long_list_shows_what_is_about_the_chosen_line():
     choices = Choices(tuple(Choice(str(number), f"choose:{number}") for number in range(30)), 20, 5, ("up", "down"))
     regions = choices.regions((0, 0, 100, 105))
     assert [region.action for region in regions] == [f"choose:{number}" for number in range(18, 23)]
     assert regions[2] == Region((0, 42, 94, 20), "choose:20", wheel=("up", "down"))
+
+
+def test_a_list_becomes_shorter_but_not_too_short():
+    choices = Choices(tuple(Choice(str(number), f"choose:{number}") for number in range(30)), 20, 8, ("up", "down"))
+    assert [choices.shortened(units).shown for units in (-5, 1, 21, 22, 1000)] == [8, 7, 7, 6, LEAST_SHOWN]
+
+
+def test_words_go_on_in_the_next_line():
+    long = Sentence("one two three four five six", width=90)
+    assert long.size()[0] <= 90 and long.size()[1] == 3 * Sentence("one").size()[1]
+    cells = Flow(tuple(Cell(word) for word in ("one", "two", "three", "four")))
+    assert cells.wrapped(70).size()[0] <= 70 and cells.wrapped(70).size()[1] > cells.size()[1]
+
+
+@pytest.mark.parametrize("degrees", range(0, 360, 5))
+def test_the_number_of_the_dial_is_never_crossed_out(degrees):
+    """No drawing but the letters' own touches the box that the letters take."""
+    drawn = []
+
+    class Seen(Canvas):
+        def line(self, points, colour, width=1.5):
+            drawn.extend((x, y, width / 2) for x, y in np.linspace(*points, 20))
+
+        def disc(self, x, y, radius, colour):
+            drawn.append((x, y, radius if colour == ACCENT else 0))
+
+        def text(self, text, x, middle, colour=None, size=None, align=0.0):
+            if text.endswith("°"):
+                drawn[:] = [(px - x, py - middle, radius) for px, py, radius in drawn if radius]
+                drawn.append(text_width(text, size) / 2)
+
+    Dial(np.radians(degrees), (0, 0, 0, 0)).paint(Seen(190, 88, 1), (0, 0, 190, 88))
+    marks, half = [mark for mark in drawn if isinstance(mark, tuple)], next(x for x in drawn if isinstance(x, float))
+    assert marks and all(abs(x) - r > half or abs(y) - r > SMALL / 2 for x, y, r in marks)
 
 
 def test_text_that_is_too_long_is_shortened():

@@ -1,0 +1,125 @@
+"""Words beside the figure: the style of what has just changed, and which one is the neutral twin."""
+
+from functools import partial
+from typing import Callable, Iterator, Sequence
+
+import numpy as np
+
+from demo.figure.colours import OWN_STYLE, TWIN, spec_colour, worn
+from demo.render.view import View
+from demo.state.style_choice import OWN
+from demo.ui import panels
+from demo.ui.canvas import Box
+from demo.ui.hud import Panel, Placed, scale_for
+from sim.body.skeleton import GROUPS, PART_NAMES, PARTS, expand_part
+from sim.session import Frame
+from sim.style_spec import PartSpec, StyleSpec
+
+SECONDS = 2.0  # that a change is named
+AWAY = 8  # units between the figure and its words
+REACH = 0.5  # metres from the middle of the figure that words beside it keep away, lest they swing with its arms
+STEPS = (0, -1, 1, -2, 2, -3, 3, -4, 4)  # lines up and down from its part that words look for room
+# Where words of some width and height go that keep a distance from the figure: left and top, all in pixels.
+Corner = Callable[[float, float, float], tuple[float, float]]
+CAPTIONS = {"beside": "neutral", "ghost": "neutral, see-through"}
+
+
+class Labels:
+    """Remembers what each part's style was, to name what changes."""
+
+    def __init__(self) -> None:
+        self._before: StyleSpec | None = None
+        self._until = dict.fromkeys(PART_NAMES, float("-inf"))
+
+    def follow(self, frame: Frame, now: float) -> None:
+        """Takes in the newest frame at time `now` in seconds."""
+        style = worn(frame)
+        if self._before is not None:
+            for part in PART_NAMES:
+                if style.get(part) != self._before.get(part):
+                    self._until[part] = now + SECONDS
+        self._before = style
+
+    def place(self, frame: Frame, view: View, size: tuple[int, int], now: float) -> list[Placed]:
+        """The words in a picture of that size, each where the panels, the figures and the words before it leave room;
+        none where there is no room at all."""
+        room = _Room(view.free_area(size), scale_for(size))
+        figure = view.figure_box(frame.styled, size)
+        room.taken.append(figure)
+        if view.twin:
+            twin = figure
+            if view.twin == "beside":
+                twin = view.figure_box(frame.neutral, size, view.twin_shift(frame))
+                room.taken.append(twin)
+            room.put([panels.label(CAPTIONS[view.twin], TWIN)], [partial(_over, twin, 1)])
+        middle = view.pixels(frame.styled.root_position[None], size)[0, 0]
+        reach = REACH / (view.camera.metres_a_pixel(size) * view.camera.distance)
+        right, left = max(figure[0] + figure[2], middle + reach), min(figure[0], middle - reach)
+        for text, name, spec in self._changes(worn(frame), now):
+            colour = tuple(spec_colour(spec).round(3).tolist()) if spec else OWN_STYLE
+            texts = (text,) if name == "all" else (f"{panels.readable(name)}: {text}", text)
+            joints = frame.styled.positions[np.concatenate([PARTS[part] for part in expand_part(name)])]
+            at = float(view.pixels(joints, size)[:, 1].mean())
+            beside: list[Corner] = [partial(_right_of, right, at, step) for step in STEPS]
+            if view.twin != "beside":
+                beside += [partial(_left_of, left, at, step) for step in STEPS]
+            words = [panels.label(each, colour) for each in texts]
+            over: list[Corner] = [partial(_over, figure, step) for step in range(1, len(STEPS))]
+            if not room.put(words, beside):
+                room.put(words, over)
+        return room.placed
+
+    def _changes(self, style: StyleSpec, now: float) -> Iterator[tuple[str, str, PartSpec | None]]:
+        """What is to be said, of which part or group, and its style: parts of a group in one style go together."""
+        left = [part for part in PART_NAMES if self._until[part] > now]
+        for name in (*reversed(GROUPS), *PART_NAMES):
+            parts = expand_part(name)
+            specs = {style.get(part) for part in parts}
+            if len(specs) == 1 and all(part in left for part in parts):
+                (spec,) = specs
+                left = [part for part in left if part not in parts]
+                yield f"{panels.spec_text(spec)} {spec.strength:.0%}" if spec else OWN, name, spec
+
+
+class _Room:
+    """The free area (left, top, width, height in pixels), and what takes some of it."""
+
+    def __init__(self, free: Box, scale: float) -> None:
+        self.taken: list[Box] = []
+        self.placed: list[Placed] = []
+        self._free, self._scale = free, scale
+
+    def put(self, words: Sequence[Panel], corners: Sequence[Corner]) -> bool:
+        """Puts the first of some words that find room at one of some places; False where there is none for any."""
+        for panel in words:
+            width, height = (round(side * self._scale) for side in panel.size())
+            for corner in corners:
+                left, top = corner(width, height, AWAY * self._scale)
+                box = round(left), round(top), width, height
+                if _holds(self._free, box) and not any(_meet(box, other) for other in self.taken):
+                    self.placed.append(Placed(panel, box, self._scale))
+                    self.taken.append(box)
+                    return True
+        return False
+
+
+def _right_of(border: float, at: float, step: int, width: float, height: float, away: float) -> tuple[float, float]:
+    return border + away, at - height / 2 + step * (height + away / 2)
+
+
+def _left_of(border: float, at: float, step: int, width: float, height: float, away: float) -> tuple[float, float]:
+    return border - away - width, at - height / 2 + step * (height + away / 2)
+
+
+def _over(figure: Box, step: int, width: float, height: float, away: float) -> tuple[float, float]:
+    return figure[0] + (figure[2] - width) / 2, figure[1] - away / 2 - step * (height + away / 2)
+
+
+def _meet(one: Box, other: Box) -> bool:
+    return all(one[axis] < other[axis] + other[axis + 2] and other[axis] < one[axis] + one[axis + 2] for axis in (0, 1))
+
+
+def _holds(outer: Box, inner: Box) -> bool:
+    return all(
+        outer[axis] <= inner[axis] and inner[axis] + inner[axis + 2] <= outer[axis] + outer[axis + 2] for axis in (0, 1)
+    )
