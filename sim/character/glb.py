@@ -14,7 +14,7 @@ from sim.character.motion import CharacterMotion
 from sim.io.atomic_write import atomic_write
 from sim.io.checks import check_finite
 from sim.io.gltf_file import GltfFile, rest_of
-from sim.io.gltf_writer import Numbers, animation, encode_glb, xyzw
+from sim.io.gltf_writer import INDICES, VERTICES, Numbers, animation, encode_glb, xyzw
 from sim.math import rotations as rot
 
 ROOT = "root"
@@ -22,18 +22,20 @@ SAME = 1e-4  # by which a node may be off the bind pose, of metres and of a quat
 MOVING = 1e-6  # of a quaternion's numbers: a joint that turns by less keeps its rest pose
 
 
-def write_glb(path: str | Path, motion: CharacterMotion, scenery: dict[str, np.ndarray] | None = None) -> None:
-    """Writes the character with its motion. scenery: a mesh that lies there besides, `positions` (n, 3) metres and
-    `triangles` (m, 3). Raises OSError, ValueError for a motion that is not finite."""
+Scenery = tuple[np.ndarray, np.ndarray]  # corners (n, 3) in metres, triangles (m, 3)
+
+
+def write_glb(path: str | Path, motion: CharacterMotion, scenery: Scenery | None = None) -> None:
+    """Writes the character with its motion. scenery: a mesh that lies there besides. Raises OSError, ValueError for a motion that is not finite."""
     check_finite(path, motion.positions, motion.rotations)
     with atomic_write(path) as temporary:
         temporary.write_bytes(encode_character(motion, scenery))
 
 
-def encode_character(motion: CharacterMotion, scenery: dict[str, np.ndarray] | None = None) -> bytes:
+def encode_character(motion: CharacterMotion, scenery: Scenery | None = None) -> bytes:
     """The bytes of what `write_glb` writes."""
     character = motion.character
-    numbers, document = Numbers(), {}
+    numbers = Numbers()
     document = copy_document(character.file, numbers)
     _stand_in_bind(document, character)
     _free_meshes(document)
@@ -41,7 +43,7 @@ def encode_character(motion: CharacterMotion, scenery: dict[str, np.ndarray] | N
     document["animations"] = [animation(numbers, "Patchwalk", motion.fps, _tracks(document, motion, root))]
     document["asset"] = document.get("asset", {}) | {"version": "2.0", "generator": "Patchwalk"}
     if scenery is not None:
-        add_scenery(document, numbers, **scenery)
+        add_scenery(document, numbers, *scenery)
     return encode_glb(document, numbers)
 
 
@@ -221,8 +223,6 @@ def _scale(node: dict[str, Any]) -> float:
 
 def add_scenery(document: dict[str, Any], numbers: Numbers, positions: np.ndarray, triangles: np.ndarray) -> None:
     """A mesh that stands still: the ground; without normals, so that its edges are sharp."""
-    from sim.io.gltf_writer import INDICES, VERTICES
-
     document.setdefault("meshes", []).append(
         {
             "name": "Ground",
