@@ -1,7 +1,7 @@
 """BVH files: a forgiving reader, a careful writer, and the general motion they hold."""
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -150,7 +150,7 @@ def write(path: str | Path, motion: Motion | Clip) -> None:
     Angles run on from frame to frame. Where a joint has fewer than three rotation channels, what turns it about other
     axes is left out, with a warning. Raises OSError if the folder cannot be written, ValueError for a motion that is
     not finite."""
-    motion = from_clip(motion) if isinstance(motion, Clip) else motion
+    motion = _depth_first(from_clip(motion) if isinstance(motion, Clip) else motion)
     check_finite(path, motion.offsets, motion.positions, motion.rotations)
     text = "\n".join(
         [
@@ -165,6 +165,29 @@ def write(path: str | Path, motion: Motion | Clip) -> None:
     )
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def _depth_first(motion: Motion) -> Motion:
+    """The same motion with its joints in the order that a BVH file has them: each followed by all that hang on it."""
+    order: list[int] = []
+    waiting = [joint for joint, parent in enumerate(motion.parents) if parent < 0][::-1]
+    while waiting:
+        order.append(waiting.pop())
+        waiting += [joint for joint, parent in enumerate(motion.parents) if parent == order[-1]][::-1]
+    if order == sorted(order):
+        return motion
+    place = {joint: number for number, joint in enumerate(order)}
+    return replace(
+        motion,
+        names=[motion.names[joint] for joint in order],
+        parents=[place.get(motion.parents[joint], -1) for joint in order],
+        offsets=motion.offsets[order],
+        end_sites={place[joint]: end for joint, end in motion.end_sites.items()},
+        channels=[motion.channels[joint] for joint in order],
+        positions=motion.positions[:, order],
+        rotations=motion.rotations[:, order],
+        angles=None if motion.angles is None else motion.angles[:, order],
+    )
 
 
 def _hierarchy_lines(motion: Motion) -> list[str]:

@@ -1,12 +1,8 @@
 """Motion in glTF 2.0 files (.glb, .gltf): the skeleton of one animation, as a general motion.
 
-Read by hand because it is little, and because pygltflib takes a quarter of a minute for a file of fifty animations;
-sections are the specification's. Joints are given the axes of the world in the bind pose, so that the zero pose of the
+Sections are the specification's. Joints are given the axes of the world in the bind pose, so that the zero pose of the
 motion is the one that the figure is modelled in."""
 
-import base64
-import json
-import struct
 import warnings
 from difflib import get_close_matches
 from pathlib import Path
@@ -15,30 +11,12 @@ from typing import Any
 import numpy as np
 
 from sim.io.bvh import Motion
-from sim.io.bvh_parser import (
-    LARGEST_NUMBER,
-    MAX_DEPTH,
-    MAX_JOINTS,
-    MAX_SECONDS,
-    POSITION_ORDER,
-    ROTATION_ORDER,
-    shorten,
-)
+from sim.io.bvh_parser import MAX_JOINTS, MAX_SECONDS, POSITION_ORDER, ROTATION_ORDER, shorten
 from sim.io.checks import count_names
+from sim.io.gltf_file import BROKEN, GltfFile, rest_of
 from sim.math import rotations as rot
 
-MAX_MEGABYTES = 256
-MEGABYTE = 1_000_000
 KEY_RATES = (24, 25, 30, 50, 60, 90, 100, 120)  # frames a second: the one that the keys are nearest to is read
-TYPES: dict[int, Any] = {
-    5120: np.int8,
-    5121: np.uint8,
-    5122: np.int16,
-    5123: np.uint16,
-    5125: np.uint32,
-    5126: np.float32,
-}
-COLUMNS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
 PATHS = {"translation": 3, "rotation": 4}
 
 
@@ -48,108 +26,36 @@ def read(path: str | Path, fps: float | None = None, animation: str | None = Non
     Raises OSError, or ValueError, naming the file, for what is no glTF file with an animated skeleton."""
     path = Path(path)
     try:
-        return _motion(_File(path), animation, fps)
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, struct.error) as error:
+        return _motion(GltfFile(path), animation, fps)
+    except BROKEN as error:
         if isinstance(error, ValueError) and str(path) in str(error):
             raise
         raise ValueError(f"{path} is no glTF file that can be read: {shorten(str(error))}") from error
 
 
-class _File:
-    """The document of a file, and the numbers that its accessors point at."""
-
-    def __init__(self, path: Path) -> None:
-        self.path, self._blob = path, b""
-        with open(path, "rb") as file:
-            data = file.read(MAX_MEGABYTES * MEGABYTE + 1)
-        if len(data) > MAX_MEGABYTES * MEGABYTE:
-            raise ValueError(f"{path} is larger than {MAX_MEGABYTES} MB: export the skeleton and its animation alone")
-        if data[:4] == b"glTF":  # sec. 4.4
-            data, self._blob = self._chunks(data)
-        self.document: dict[str, Any] = json.loads(data.decode("utf-8-sig"))
-        self.nodes: list[dict[str, Any]] = self.document.get("nodes", [])
-
-    def _chunks(self, data: bytes) -> tuple[bytes, bytes]:
-        found: dict[bytes, bytes] = {}
-        start = 12
-        while start + 8 <= len(data):
-            length, kind = struct.unpack_from("<I4s", data, start)
-            found.setdefault(kind, data[start + 8 : start + 8 + length])
-            start += 8 + length
-        return found[b"JSON"], found.get(b"BIN\0", b"")
-
-    def numbers(self, number: int) -> np.ndarray:
-        """(n, columns) of an accessor (sec. 3.6.2), integers as shares of their range."""
-        accessor = self.document["accessors"][number]
-        view = self.document["bufferViews"][accessor["bufferView"]]
-        data = self._buffer(view["buffer"])
-        kind, columns = np.dtype(TYPES[accessor["componentType"]]), COLUMNS[accessor["type"]]
-        start, count = view.get("byteOffset", 0) + accessor.get("byteOffset", 0), accessor["count"]
-        stride = view.get("byteStride") or columns * kind.itemsize
-        needed = start + stride * (count - 1) + columns * kind.itemsize
-        if count < 1 or start < 0 or stride < columns * kind.itemsize or needed > len(data):
-            raise ValueError(f"accessor {number} reaches beyond its buffer")
-        strides = (stride, kind.itemsize)
-        values = np.ndarray((count, columns), kind.newbyteorder("<"), data, start, strides).astype(float)
-        if kind.kind != "f":
-            values = np.maximum(values / float(np.iinfo(kind).max), -1.0)
-        if not (np.abs(values) <= LARGEST_NUMBER).all():
-            raise ValueError(f"accessor {number} holds numbers that are no motion's")
-        return values
-
-    def _buffer(self, number: int) -> bytes:
-        """The bytes of a buffer: in the .glb, in the text, or in a file in the same folder."""
-        uri = self.document["buffers"][number].get("uri")
-        if uri is None:
-            return self._blob
-        if uri.startswith("data:"):
-            return base64.b64decode(uri.partition(",")[2])
-        if Path(uri).name != uri:
-            raise ValueError(f"{self.path}: its numbers lie in '{shorten(uri)}', which has to be a file beside it")
-        with open(self.path.parent / uri, "rb") as file:
-            return file.read(MAX_MEGABYTES * MEGABYTE)
-
-
-def _motion(file: _File, name: str | None, fps: float | None) -> Motion:
-    parents = _parents(file.nodes)
+def _motion(file: GltfFile, name: str | None, fps: float | None) -> Motion:
+    parents = file.parents
     animation, times = _chosen(file, name)
-    joints = _joints(file, parents, animation)
+    joints = _joints(file, animation)
     fps = fps or _rate(times)
     frames = np.arange(int(max(each[-1] for each in times) * fps + 1e-6) + 1) / fps
-    rest = [_rest(file.nodes[joint]) for joint in joints]
+    rest = [rest_of(file.nodes[joint]) for joint in joints]
     positions, rotations = (np.tile(np.array([each[which] for each in rest]), (len(frames), 1, 1)) for which in (0, 1))
     place = {joint: index for index, joint in enumerate(joints)}
     for channel in animation["channels"]:
         joint, kind = channel["target"].get("node"), channel["target"]["path"]
         if joint in place and kind in PATHS:
             sampler = animation["samplers"][channel["sampler"]]
-            values = file.numbers(sampler["output"])
+            values = file.numbers(sampler["output"], shares=True)
             sampled = _sampled(times[channel["sampler"]], values, sampler.get("interpolation"), frames, kind)
             (positions if kind == "translation" else rotations)[:, place[joint]] = sampled
     above = [place.get(parents[joint], -1) for joint in joints]
     positions *= _scales(file.nodes, joints, above)[:, None]
-    names = [str(file.nodes[joint].get("name") or f"node{joint}") for joint in joints]
-    return _in_world_axes(names, above, positions, rotations, [turn for _, turn in rest], fps)
+    names = [file.name(joint) for joint in joints]
+    return _in_world_axes(names, above, positions, rotations, [turn for _, turn, _ in rest], fps)
 
 
-def _parents(nodes: list[dict[str, Any]]) -> list[int]:
-    """The parent of each node, -1 for none. Raises ValueError for nodes that are no tree."""
-    parents = [-1] * len(nodes)
-    for number, node in enumerate(nodes):
-        for child in node.get("children", ()):
-            if not 0 <= child < len(nodes) or parents[child] >= 0:
-                raise ValueError("its nodes are no tree")
-            parents[child] = number
-    for place in range(len(nodes)):
-        depth = 0
-        while place >= 0:
-            place, depth = parents[place], depth + 1
-            if depth > MAX_DEPTH:
-                raise ValueError(f"its nodes lie more than {MAX_DEPTH} deep, or in a circle")
-    return parents
-
-
-def _chosen(file: _File, name: str | None) -> tuple[dict[str, Any], list[np.ndarray]]:
+def _chosen(file: GltfFile, name: str | None) -> tuple[dict[str, Any], list[np.ndarray]]:
     """The animation of a name, or the longest, with a warning where there are others; the times of its samplers."""
     animations = {
         str(each.get("name") or number): each for number, each in enumerate(file.document.get("animations", ()))
@@ -178,15 +84,13 @@ def _chosen(file: _File, name: str | None) -> tuple[dict[str, Any], list[np.ndar
     return animations[chosen], times[chosen]
 
 
-def _joints(file: _File, parents: list[int], animation: dict[str, Any]) -> list[int]:
+def _joints(file: GltfFile, animation: dict[str, Any]) -> list[int]:
     """The nodes of the animated skeleton, parents first: what the animation moves, what skins hang on, all above."""
     wanted = {channel["target"].get("node") for channel in animation["channels"] if channel["target"]["path"] in PATHS}
     wanted |= {joint for skin in file.document.get("skins", ()) for joint in skin["joints"]}
     depths: dict[int, int] = {}
-    for node in [node for node in wanted if node is not None and 0 <= node < len(parents)]:
-        above = [node]
-        while parents[above[-1]] >= 0:
-            above.append(parents[above[-1]])
+    for node in [node for node in wanted if node is not None and 0 <= node < len(file.nodes)]:
+        above = file.above(node)
         depths |= {each: len(above) - place for place, each in enumerate(above)}
     if not 0 < len(depths) <= MAX_JOINTS:
         raise ValueError(f"its animation moves no skeleton of at most {MAX_JOINTS} joints")
@@ -200,16 +104,6 @@ def _rate(times: list[np.ndarray]) -> float:
     if not len(steps):
         return 30.0
     return float(min(KEY_RATES, key=lambda rate: abs(np.log(rate * np.median(steps)))))
-
-
-def _rest(node: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Translation (3,) and rotation (4,) of a node."""
-    if "matrix" in node:
-        matrix = np.array(node["matrix"], dtype=float).reshape(4, 4).T
-        axes = matrix[:3, :3] / np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-12)
-        return matrix[:3, 3], rot.from_matrix(axes)
-    turn = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float).reshape(4)
-    return np.array(node.get("translation", (0.0, 0.0, 0.0)), dtype=float).reshape(3), rot.normalize(np.roll(turn, 1))
 
 
 def _sampled(

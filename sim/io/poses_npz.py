@@ -6,7 +6,7 @@ import shutil
 import zipfile
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Callable, Iterable, Iterator, Sequence
+from typing import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from sim.session import Frame
 
 CHUNK = 600  # frames that are kept in memory before they are written
 CONSTANTS = {"fps": np.array(FPS), "bone_offsets": BONE_OFFSETS, "parents": PARENTS}
+Rows = Callable[[Sequence[Frame]], dict[str, np.ndarray]]
 TURNS = ("neutral_rotations", "rotations")  # quaternions, whose signs run on
 
 
@@ -42,13 +43,16 @@ def to_arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
 
 
 @contextmanager
-def writer(path: str | Path) -> Iterator[Callable[[Frame], None]]:
+def writer(
+    path: str | Path, rows: Rows = to_arrays, constants: Mapping[str, np.ndarray] = CONSTANTS
+) -> Iterator[Callable[[Frame], None]]:
     """Gives a function that takes one frame after the other; the file is there, whole, when the block has ended without
     error. Equal frames give equal bytes.
 
+    rows, constants: what is written of frames, and of their skeleton: ours, or a character's (sim.character.files).
     Raises OSError where it cannot be written, ValueError for frames that are not finite."""
     with atomic_write(path) as temporary:
-        parts = _Parts(Path(path), temporary.parent)
+        parts = _Parts(Path(path), temporary.parent, rows, constants)
         yield parts.add
         parts.save(temporary)
 
@@ -56,8 +60,9 @@ def writer(path: str | Path) -> Iterator[Callable[[Frame], None]]:
 class _Parts:
     """The rows of each array in a file of its own, in a temporary folder."""
 
-    def __init__(self, path: Path, folder: Path) -> None:
+    def __init__(self, path: Path, folder: Path, rows: Rows, constants: Mapping[str, np.ndarray]) -> None:
         self._path, self._folder = path, folder
+        self._rows, self._constants = rows, constants
         self._waiting: list[Frame] = []
         self._shapes: dict[str, tuple[int, ...]] = {}
         self._last: dict[str, np.ndarray] = {}  # the rotations of the last frame
@@ -71,7 +76,7 @@ class _Parts:
         """Puts all that came into an .npz file."""
         self._flush()
         with zipfile.ZipFile(file, "w") as archive:
-            for name, values in CONSTANTS.items():
+            for name, values in self._constants.items():
                 with archive.open(f"{name}.npy", "w") as entry:
                     np.lib.format.write_array(entry, values)
             for name, shape in self._shapes.items():
@@ -83,7 +88,7 @@ class _Parts:
     def _flush(self) -> None:
         if not self._waiting:
             return
-        arrays = to_arrays(self._waiting)
+        arrays = self._rows(self._waiting)
         self._waiting = []
         check_finite(self._path, *arrays.values())
         for name, values in arrays.items():

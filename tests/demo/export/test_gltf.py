@@ -15,7 +15,7 @@ from demo.figure.skin import make_skin
 from sim.body.pose import Pose
 from sim.body.skeleton import JOINTS, PART_NAMES
 from sim.ground.catalogue import load_ground
-from sim.motion.clip import Clip
+from sim.motion.clip import Clip, root_frame
 from tests.support.walker import walking_clip
 
 FRAMES = 40
@@ -98,7 +98,8 @@ class Reader:
             )
 
         def world(node: int) -> np.ndarray:
-            translation, (x, y, z, w) = local[node]
+            translation, turn = local[node]
+            x, y, z, w = turn if turn is not None else (0.0, 0.0, 0.0, 1.0)
             own = np.eye(4)
             own[:3, :3] = [
                 [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -117,10 +118,10 @@ def reader(path) -> Reader:
 
 
 def test_joints_are_ours_in_every_frame(reader, clip):
-    assert [reader.file.nodes[joint].name for joint in reader.skin.joints] == list(JOINTS)
+    assert [reader.file.nodes[joint].name for joint in reader.skin.joints] == ["root", *JOINTS]
     times = reader.numbers(reader.animation.samplers[0].input).ravel()
     np.testing.assert_allclose(times, np.arange(FRAMES) / 60, atol=1e-6)
-    positions = np.array([reader.matrices(frame)[:, :3, 3] for frame in range(FRAMES)])
+    positions = np.array([reader.matrices(frame)[1:, :3, 3] for frame in range(FRAMES)])
     np.testing.assert_allclose(positions, clip.positions(), atol=1e-5)
 
 
@@ -137,7 +138,27 @@ def test_the_skin_follows_as_in_the_window(reader, clip):
     ours = np.sum(
         skin.weights[..., None] * (body.rot.rotate(turns[skin.joints], arms) + pose.positions[skin.joints]), axis=1
     )
-    np.testing.assert_allclose(moved, ours, atol=1e-5)
+    # Tied in the T-pose, the window's in another one: what follows several joints is not quite the same.
+    np.testing.assert_allclose(moved, ours, atol=0.02)
+    assert np.abs(moved - ours).mean() < 1e-3
+
+
+def test_the_bind_pose_is_the_t_pose_and_the_root_carries_the_way(reader, clip, tmp_path):
+    nodes = [reader.file.nodes[joint] for joint in reader.skin.joints]
+    assert all(node.rotation is None for node in nodes)
+    bind = reader.numbers(reader.skin.inverseBindMatrices).reshape(-1, 4, 4).swapaxes(1, 2)
+    np.testing.assert_allclose(-bind[1:, :3, 3], gltf.T_POSE.positions, atol=1e-6)
+    track = {
+        (channel.target.node, channel.target.path): reader.numbers(reader.animation.samplers[channel.sampler].output)
+        for channel in reader.animation.channels
+    }
+    root = root_frame(clip.positions())
+    np.testing.assert_allclose(track[0, "translation"][:, ::2], root.positions[:, ::2], atol=1e-5)
+    gltf.write(tmp_path / "still.glb", clip, COLOURS, fps=30, in_place=True)
+    still = Reader(tmp_path / "still.glb")
+    positions = np.array([still.matrices(frame)[1:, :3, 3] for frame in range(FRAMES // 2)])
+    way = root.positions[::2, None] * [1.0, 0.0, 1.0]
+    np.testing.assert_allclose(positions, clip.positions()[::2] - way, atol=1e-5)
 
 
 def test_the_ground_is_there_about_the_way_and_faces_up(reader, clip):

@@ -8,7 +8,7 @@ import pytest
 
 from demo.export import gltf as gltf_export
 from sim.body.skeleton import INDEX
-from sim.io import gltf, motion_file, smpl
+from sim.io import gltf_file, motion_file, smpl
 from sim.math import rotations as rot
 from sim.retarget.retarget import load_clip
 from tests.support.walker import walking_clip
@@ -164,7 +164,7 @@ def test_an_archive_that_is_damaged_or_too_large_is_refused(tmp_path, monkeypatc
 
 
 def test_a_gltf_too_large_is_refused(walk, monkeypatch):
-    monkeypatch.setattr(gltf, "MAX_MEGABYTES", 0)
+    monkeypatch.setattr(gltf_file, "MAX_MEGABYTES", 0)
     with pytest.raises(ValueError, match="walk.glb is larger than 0 MB"):
         motion_file.read(walk[1])
 
