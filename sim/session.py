@@ -90,7 +90,10 @@ class Session(Generic[S]):
     def crowd(self, count: int) -> "Session[Stylizer]":
         """So many characters with the same models, standing at the start point, all moved by one step of `Commands`.
 
-        Each moves as it would alone, for a fraction of what it would cost: the networks are asked for many at once."""
+        Each moves as it would alone, up to rounding, for a fraction of what it would cost: the networks are asked for
+        many at once. Of a stylizer that is not evaluated in every frame (`--stylizer slim`, unpaired, diverse, latent)
+        some are evaluated in this frame and some in the next, and a restyled limb differs by a few centimetres while
+        the character changes its speed."""
         return Session(self.controller.crowd(count), self.stylizer.crowd(count), ground=self.ground)
 
     def step(self, command: Command | Commands) -> Frame:

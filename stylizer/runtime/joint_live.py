@@ -19,6 +19,7 @@ class JointStylizer(LiveStylizer):
     """A `LiveStylizer` whose network is evaluated in every frame: the pose is what attention finds."""
 
     SMOOTHING = SMOOTHING
+    PERIOD = 1  # styles are interpolated in every frame too, so that each of a crowd moves as it would alone
 
     def _prepare(self) -> None:
         super()._prepare()

@@ -50,7 +50,7 @@ class LiveStylizer:
 
     SMOOTHING = 0.05  # half-life in seconds of the spring that what the network changes follows
     BLENDS = True  # a part's two styles are evaluated each by itself, and their rotations are blended
-    PERIOD = 4  # frames after which styles are interpolated anew
+    PERIOD = 4  # frames after which styles are interpolated anew, of a crowd not of all in the same frame
     _network: Any  # what evaluates windows; `prepare` says how it takes styles
 
     def __init__(self, bank: StyleBank, crowd: tuple[int, ...] = ()) -> None:
@@ -72,8 +72,8 @@ class LiveStylizer:
         raise NotImplementedError
 
     def crowd(self, count: int) -> "LiveStylizer":
-        """So many characters side by side with the same bank. Styles are interpolated for some of them in every
-        frame."""
+        """So many characters side by side with the same bank. Where styles are interpolated every PERIOD frames, they
+        are for some of the characters in every frame."""
         return type(self)(self.bank, (count,))
 
     @property

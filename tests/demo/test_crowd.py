@@ -5,8 +5,6 @@ import pytest
 
 from demo import assemble
 from sim.command import Command, Commands
-from stylizer.runtime.live import LiveStylizer
-from stylizer.runtime.style_mixer import StyleMixer
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +13,7 @@ def session():
 
 
 def test_each_of_a_crowd_does_what_it_would_do_alone(session):
-    """To a tenth of a millimetre, as a session whose decoder is asked in other frames."""
+    """To a tenth of a millimetre."""
     first, other = session.stylizer.styles[:2]
     script = {
         0: [(1.0, 0.0), "walk", {"spine": (first, 1.0), "left_arm": (other, 0.7)}],
@@ -34,7 +32,6 @@ def test_each_of_a_crowd_does_what_it_would_do_alone(session):
     together = [crowd.step(Commands(each)) for each in commands]
     for one in script:
         session.restart()
-        session.stylizer.mixers = [StyleMixer(LiveStylizer.PERIOD, one % LiveStylizer.PERIOD)]
         for each, frames in zip(commands, together, strict=True):
             alone = session.step(each[one])
             np.testing.assert_allclose(frames.styled[one].positions, alone.styled.positions, atol=1e-4)

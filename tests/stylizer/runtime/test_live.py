@@ -33,7 +33,7 @@ def walk():
 def stream(bank, walk, style, turn=0):
     """Styled poses; style is a mapping, or a function of the frame. turn: asked for as one of a crowd is."""
     stylizer, history, styled = make_stylizer(bank), RingBuffer(), []
-    stylizer.mixers = [StyleMixer(LiveStylizer.PERIOD, turn)]
+    stylizer.mixers = [StyleMixer(stylizer.PERIOD, turn)]
     for frame, pose in enumerate(walk):
         history.push(pose)
         styled.append(stylizer.step(history.window(), pose, style(frame) if callable(style) else style))
@@ -187,7 +187,7 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
         history.push(poses)
         together.append(stylizer.step(history.window(), poses, [worn(frame) for worn in wears]))
     for one, worn in enumerate(wears):
-        for poses, pose in zip(together, stream(bank, walk[:60], worn, turn=one % LiveStylizer.PERIOD), strict=True):
+        for poses, pose in zip(together, stream(bank, walk[:60], worn, turn=one % make_stylizer(bank).PERIOD), strict=True):
             np.testing.assert_allclose(poses.positions[one], pose.positions, atol=1e-4)
 
 
