@@ -66,8 +66,9 @@ def _pictures(
     with _open(size) as window:
         renderer = Renderer(window.size)
         for frame in tqdm(frames[::step], "video", unit="frame", leave=False, disable=not sys.stderr.isatty()):
-            view.follow(frame, step / FPS)
             view.panels = (panels.parts(worn(frame)),)
+            view.make_room(size)
+            view.follow(frame, step / FPS)
             with latency.stage("render"):
                 window.bind()
                 renderer.draw(frame, view)

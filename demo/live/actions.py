@@ -80,7 +80,7 @@ def _blend(live: "Live", wanted: str) -> None:
 
 def _switch_pace(live: "Live", _: str) -> None:
     live.pace = not live.pace
-    live.say(f"speed: as the {'style of the legs' if live.pace else 'stick'} asks")
+    live.say(f"the {'leg style' if live.pace else 'stick'} sets the speed")
 
 
 def _apply_preset(live: "Live", slot: str) -> None:
@@ -144,7 +144,7 @@ def _resample(live: "Live", _: str) -> None:
         return
     try:
         live.stylizers.resample()
-        live.say("the sampled styles are sampled again")
+        live.say("the styles named drawn-... are new")
     except ValueError as error:
         live.say(str(error), ALERT)
 

@@ -96,7 +96,9 @@ class _Room:
             for corner in corners:
                 left, top = corner(width, height, AWAY * self._scale)
                 box = round(left), round(top), width, height
-                if _holds(self._free, box) and not any(_meet(box, other) for other in self.taken):
+                if _holds(self._free, box) and not any(
+                    _meet(box, other, AWAY * self._scale / 2) for other in self.taken
+                ):
                     self.placed.append(Placed(panel, box, self._scale))
                     self.taken.append(box)
                     return True
@@ -104,19 +106,23 @@ class _Room:
 
 
 def _right_of(border: float, at: float, step: int, width: float, height: float, away: float) -> tuple[float, float]:
-    return border + away, at - height / 2 + step * (height + away / 2)
+    return border + away, at - height / 2 + step * (height + away * 0.6)
 
 
 def _left_of(border: float, at: float, step: int, width: float, height: float, away: float) -> tuple[float, float]:
-    return border - away - width, at - height / 2 + step * (height + away / 2)
+    return border - away - width, at - height / 2 + step * (height + away * 0.6)
 
 
 def _over(figure: Box, step: int, width: float, height: float, away: float) -> tuple[float, float]:
-    return figure[0] + (figure[2] - width) / 2, figure[1] - away / 2 - step * (height + away / 2)
+    return figure[0] + (figure[2] - width) / 2, figure[1] - away * 0.6 - height - (step - 1) * (height + away * 0.6)
 
 
-def _meet(one: Box, other: Box) -> bool:
-    return all(one[axis] < other[axis] + other[axis + 2] and other[axis] < one[axis] + one[axis + 2] for axis in (0, 1))
+def _meet(one: Box, other: Box, gap: float) -> bool:
+    """Whether two boxes are nearer to each other than a gap."""
+    return all(
+        one[axis] < other[axis] + other[axis + 2] + gap and other[axis] < one[axis] + one[axis + 2] + gap
+        for axis in (0, 1)
+    )
 
 
 def _holds(outer: Box, inner: Box) -> bool:

@@ -38,8 +38,9 @@ def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
             _turn(view.camera, pointer, events)
             if window.follow_size():
                 renderer.resize(window.size)
-            view.follow(frame, 1 / FPS)
             view.panels = (panels.parts(worn(frame)),)
+            view.make_room(window.size)
+            view.follow(frame, 1 / FPS)
             ahead = start + number / FPS - time.perf_counter()
             if ahead < -1 / FPS and number % FPS:  # late: skip the picture, but show one a second however late
                 continue

@@ -87,7 +87,7 @@ CONTROLS = (
     ),
     Control("all back to no style", {"reset": ("delete", "shift+backspace")}, touch="“reset”", menu="style"),
     Control("next stylizer", {"stylizer_next": ("y",)}, {"stylizer_next": ("lefttrigger+b",)}, menu="style"),
-    Control("sample the sampled styles again", {"reroll": ("u",)}, menu="style"),
+    Control("renew the styles named drawn-...", {"reroll": ("u",)}, menu="style"),
     Control(
         "random styles on all parts", {"random": ("v",)}, {"random": ("lefttrigger+x",)}, touch="“random”", menu="style"
     ),

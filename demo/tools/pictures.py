@@ -26,9 +26,9 @@ from sim.session import Session
 from stylizer.systems import checkpoint
 
 FOLDER = Path(__file__).parents[1] / "pictures"
-STRIP_SIZE = (250, 360)  # pixels of each walker
+STRIP_SIZE = (290, 360)  # pixels of each walker
 STRIP_FRAMES = 204  # of a straight walk; the moment is chosen so that the step is wide
-STRIP_DISTANCE = 2.7  # metres from the camera
+STRIP_DISTANCE = 3.0  # metres from the camera
 # The styles of each walker of the strip, all of permissive motion: part or group -> style.
 STRIP: tuple[dict[str, str], ...] = (
     {},
@@ -78,10 +78,7 @@ def live_window() -> None:
     """window.png: the live window with its panels and what can be seen inside."""
     with open_window(WINDOW_SIZE, visible=False) as window, tempfile.TemporaryDirectory() as folder:
         session = assemble.build_session()
-        clock = iter(np.arange(0, 1e6, 1 / FPS))
-        live = Live(
-            session, session.stylizer.styles, window, clock=lambda: next(clock), presets=Presets(Path(folder) / "none")
-        )
+        live = Live(session, session.stylizer.styles, window, presets=Presets(Path(folder) / "none"))
         # nobody is at the keys
         live.devices.command = lambda yaw, facing, style, seconds: Command(  # type: ignore[method-assign, assignment]
             (0.45, 0.85), style=style, pace=True
@@ -114,6 +111,7 @@ def _excerpt() -> Generator[np.ndarray, None, None]:
             view.follow(frame, 1 / FPS)
             if number >= 0 and number % video.GIF_STEP == 0:
                 view.panels = (panels.line(describe(command.style), "bottom"),)
+                view.make_room(window.size)
                 window.bind()
                 renderer.draw(frame, view)
                 yield window.read_pixels()
@@ -126,6 +124,7 @@ def _walker(window: Window, parts: dict[str, str], stylizer: str | None = None) 
     caption = ", ".join(f"{name} {group}" if len(parts) > 1 else name for group, name in parts.items()) or "neutral"
     caption = f"{stylizer}: {caption}" if stylizer else caption
     view = View(Camera(distance=STRIP_DISTANCE), arrow=False, contacts=False, panels=(panels.line(caption, "bottom"),))
+    view.make_room(window.size)
     view.jump_to(frame)
     window.bind()
     Renderer(window.size).draw(frame, view)

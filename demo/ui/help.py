@@ -6,8 +6,8 @@ from demo.state.bindings import DEFAULT, Bindings
 from demo.ui.canvas import ACCENT, BACKGROUND, FAINT, INK, SMALL
 from demo.ui.hud import PADDING, Panel, scale_for
 from demo.ui.layout import MARGIN
-from demo.ui.text import COLUMN_GAP, Columns
-from demo.ui.widgets import Cell, Label, Table
+from demo.ui.text import COLUMN_GAP, Columns, Sentence
+from demo.ui.widgets import Cell, Table
 
 SHEET = (*BACKGROUND[:3], 0.97)
 LINE = 17.5  # units from line to line
@@ -20,7 +20,7 @@ def pages(bindings: Bindings = DEFAULT, size: tuple[int, int] = (1280, 720)) -> 
     """The pages for a window of (width, height) pixels."""
     groups = tuple((name, tuple(rows)) for name, rows in bindings.help_groups().items())
     width, height = (side / scale_for(size) for side in size)
-    return _pages(groups, width - 2 * MARGIN - 2 * PADDING, height - TOP - MARGIN - 2 * PADDING - 2 * LINE)
+    return _pages(groups, width - 2 * MARGIN - 2 * PADDING, height - TOP - MARGIN - 2 * PADDING - 3 * LINE)
 
 
 @cache
@@ -35,11 +35,12 @@ def _pages(groups: tuple, width: float, height: float) -> tuple[Panel, ...]:
     return tuple(_page(sheet, number, len(sheets)) for number, sheet in enumerate(sheets, 1))
 
 
-def _page(columns: list[Rows], number: int, count: int) -> Panel:
-    tables = tuple(Table((HEAD, *rows), letters=SMALL, line=LINE) for rows in columns)
+def _page(sheet: list[Rows], number: int, count: int) -> Panel:
+    tables = tuple(Table((HEAD, *rows), letters=SMALL, line=LINE) for rows in sheet)
     turn = f"page {number} of {count}, F1 turns it" if number < count else "F1 or Esc closes this"
     foot = f"LT, RT: left and right trigger; LB, RB: left and right shoulder button.  {turn}"
-    return Panel((Columns(tables), Label(foot, FAINT, SMALL)), "center", colour=SHEET)
+    columns = Columns(tables)
+    return Panel((columns, Sentence(foot, FAINT, SMALL, columns.size()[0])), "center", colour=SHEET)
 
 
 def _block(name: str, rows: tuple[tuple[str, str, str, str], ...]) -> Rows:

@@ -17,6 +17,7 @@ ANCHORS = {  # where a panel sits: at which side, and which way the next one the
     "bottom": ("middle", -1),
     "center": ("all", 1),
 }
+ASIDE = 0.5  # a figure at the border of the picture has to be larger by a quarter than one in the middle
 MOST_OF_HEIGHT = 0.4  # that panels above or below the figure may take
 
 
@@ -143,7 +144,8 @@ def within(area: Pixels, size: tuple[int, int], breadth: float) -> Pixels:
 @lru_cache(maxsize=64)
 def free_area(boxes: tuple[Pixels, ...], size: tuple[int, int], breadth: float) -> Pixels:
     """The rectangle of a picture, in pixels, that boxes leave free, in which something `breadth` times as wide as high
-    is largest, and of several the one with the most room about it. The whole picture where they leave none."""
+    is largest, though rather in the middle, and of several the one with the most room about it. The whole picture where
+    they leave none."""
     width, height = size
     if not boxes:
         return 0, 0, width, height
@@ -167,5 +169,7 @@ def free_area(boxes: tuple[Pixels, ...], size: tuple[int, int], breadth: float) 
     if not len(left):
         return 0, 0, width, height
     across, down = right - left, bottom - top
-    best = np.lexsort((across * down, np.minimum(down, across / breadth)))[-1]
+    high = np.minimum(down, across / breadth)
+    middle = np.clip(width / 2, left + high * breadth / 2, right - high * breadth / 2)
+    best = np.lexsort((across * down, high * (1 - ASIDE * np.abs(middle / width - 0.5))))[-1]
     return int(left[best]), int(top[best]), int(across[best]), int(down[best])

@@ -176,11 +176,11 @@ def test_two_styles_are_blended_on_a_part(player):
 def test_styled_legs_set_the_pace_until_the_stick_alone_does(player):
     assert player.commands[-1].pace is True
     player.press("i")
-    assert player.commands[-1].pace is False and player.live.toasts[-1][1] == "speed: as the stick asks"
+    assert player.commands[-1].pace is False and player.live.toasts[-1][1] == "the stick sets the speed"
     assert not actions.is_on(player.live, "pace")
     player.press("m", "right")
     player.click("pace")
-    assert player.commands[-1].pace is True and player.live.toasts[-1][1] == "speed: as the style of the legs asks"
+    assert player.commands[-1].pace is True and player.live.toasts[-1][1] == "the leg style sets the speed"
     assert actions.is_on(player.live, "pace")
 
 
