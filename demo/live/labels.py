@@ -43,6 +43,9 @@ class Labels:
     def place(self, frame: Frame, view: View, size: tuple[int, int], now: float) -> list[Placed]:
         """The words in a picture of that size, each where the panels, the figures and the words before it leave room;
         none where there is no room at all."""
+        changes = list(self._changes(worn(frame), now))
+        if not (view.twin or changes):
+            return []
         room = _Room(view.free_area(size), scale_for(size))
         figure = view.figure_box(frame.styled, size)
         room.taken.append(figure)
@@ -55,7 +58,7 @@ class Labels:
         middle = view.pixels(frame.styled.root_position[None], size)[0, 0]
         reach = REACH / (view.camera.metres_a_pixel(size) * view.camera.distance)
         right, left = max(figure[0] + figure[2], middle + reach), min(figure[0], middle - reach)
-        for text, name, spec in self._changes(worn(frame), now):
+        for text, name, spec in changes:
             colour = tuple(spec_colour(spec).round(3).tolist()) if spec else OWN_STYLE
             texts = (text,) if name == "all" else (f"{panels.readable(name)}: {text}", text)
             joints = frame.styled.positions[np.concatenate([PARTS[part] for part in expand_part(name)])]

@@ -20,7 +20,7 @@ def pages(bindings: Bindings = DEFAULT, size: tuple[int, int] = (1280, 720)) -> 
     """The pages for a window of (width, height) pixels."""
     groups = tuple((name, tuple(rows)) for name, rows in bindings.help_groups().items())
     width, height = (side / scale_for(size) for side in size)
-    return _pages(groups, width - 2 * MARGIN - 2 * PADDING, height - TOP - MARGIN - 2 * PADDING - 3 * LINE)
+    return _pages(groups, width - 2 * MARGIN - 2 * PADDING, height - TOP - MARGIN - 2 * PADDING - 2 * LINE)
 
 
 @cache
@@ -39,8 +39,7 @@ def _page(sheet: list[Rows], number: int, count: int) -> Panel:
     tables = tuple(Table((HEAD, *rows), letters=SMALL, line=LINE) for rows in sheet)
     turn = f"page {number} of {count}, F1 turns it" if number < count else "F1 or Esc closes this"
     foot = f"LT, RT: left and right trigger; LB, RB: left and right shoulder button.  {turn}"
-    columns = Columns(tables)
-    return Panel((columns, Sentence(foot, FAINT, SMALL, columns.size()[0])), "center", colour=SHEET)
+    return Panel((Columns(tables), Sentence(foot, FAINT, SMALL)), "center", colour=SHEET)
 
 
 def _block(name: str, rows: tuple[tuple[str, str, str, str], ...]) -> Rows:

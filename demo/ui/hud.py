@@ -26,6 +26,14 @@ class Panel:
     padding: float = PADDING  # units round them
     colour: Colour = BACKGROUND
 
+    def __post_init__(self) -> None:
+        # Once: a panel may hold hundreds of numbers, and is looked up many times in a picture.
+        content = self.widgets, self.anchor, self.width, self.padding, self.colour
+        object.__setattr__(self, "_hash", hash(content))
+
+    def __hash__(self) -> int:
+        return self._hash  # type: ignore[attr-defined]
+
     def size(self) -> tuple[float, float]:
         """Its width and height in units."""
         return _layout(self)[0]

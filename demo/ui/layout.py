@@ -48,16 +48,21 @@ class _Arranger:
 
     def stack(self, panels: list[Panel]) -> None:
         """Puts panels at one side, some from above, some from below."""
-        room = self.height - 2 * MARGIN
+        room, used = self.height - 2 * MARGIN, 0.0
         kept: list[Panel] = []
         for panel in panels:
-            over = _stacked([*kept, panel]) - room
-            fitted = [each.shortened(over) if over > 0 else each for each in [*kept, panel]]
-            if _stacked(fitted) <= room:
+            height = panel.size()[1]
+            over = used + height - room
+            if over > 0:
+                shorter = [each.shortened(over) for each in (*kept, panel)]
+                total = sum(each.size()[1] + GAP for each in shorter)
+                if total - GAP > room:
+                    continue
+                kept, used = shorter, total
+            else:
                 kept.append(panel)
-        over = _stacked(kept) - room
+                used += height + GAP
         for panel in kept:
-            panel = panel.shortened(over) if over > 0 else panel
             width, height = panel.size()
             side, way = ANCHORS[panel.anchor]
             left = MARGIN if side == "left" else self.width - MARGIN - width
@@ -118,11 +123,6 @@ class _Arranger:
 def _near_middle(low: float, high: float, length: float, whole: float) -> float:
     """Where something begins that lies between two places, as near to the middle of the whole as they let it."""
     return min(max((whole - length) / 2, low), max(high - length, low))
-
-
-def _stacked(panels: list[Panel]) -> float:
-    """The height of panels over each other."""
-    return sum(panel.size()[1] + GAP for panel in panels) - GAP
 
 
 def with_gap(placed: Placed) -> Pixels:
