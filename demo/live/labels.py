@@ -50,14 +50,14 @@ class Labels:
         figure = view.figure_box(frame.styled, size)
         room.taken.append(figure)
         if view.twin:
-            twin = figure
-            if view.twin == "beside":
-                twin = view.figure_box(frame.neutral, size, view.twin_shift(frame))
-                room.taken.append(twin)
+            twin = view.figure_box(frame.neutral, size, view.twin_shift(frame))
+            room.taken.append(twin)
             room.put([panels.label(CAPTIONS[view.twin], TWIN)], [partial(_over, twin, 1)])
         middle = view.pixels(frame.styled.root_position[None], size)[0, 0]
         reach = REACH / (view.camera.metres_a_pixel(size) * view.camera.distance)
         right, left = max(figure[0] + figure[2], middle + reach), min(figure[0], middle - reach)
+        if view.twin == "ghost":
+            right, left = max(right, twin[0] + twin[2]), min(left, twin[0])
         for text, name, spec in changes:
             colour = tuple(spec_colour(spec).round(3).tolist()) if spec else OWN_STYLE
             texts = (text,) if name == "all" else (f"{panels.readable(name)}: {text}", text)

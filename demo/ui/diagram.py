@@ -34,8 +34,8 @@ class Diagram:
                     continue
                 for x, y, radius in discs:
                     canvas.disc(box[0] + x, box[1] + y, radius + grow, ACCENT if lit else self.colours[part])
-        canvas.text("R", box[0] + 6, box[1] + 60, FAINT, SMALL)
-        canvas.text("L", box[0] + WIDTH - 12, box[1] + 60, FAINT, SMALL)
+        canvas.text("R", box[0] + 6, box[1] + 24, FAINT, SMALL)
+        canvas.text("L", box[0] + WIDTH - 12, box[1] + 24, FAINT, SMALL)
 
     def regions(self, box: Box) -> list[Region]:
         return [Region((box[0], box[1], WIDTH, HEIGHT), "diagram", "point")]

@@ -6,11 +6,11 @@ from demo.state.bindings import DEFAULT, Bindings
 from demo.ui.canvas import ACCENT, BACKGROUND, FAINT, INK, SMALL
 from demo.ui.hud import PADDING, Panel, scale_for
 from demo.ui.layout import MARGIN
-from demo.ui.text import COLUMN_GAP, Columns, Sentence
+from demo.ui.text import Columns, Sentence
 from demo.ui.widgets import Cell, Table
 
 SHEET = (*BACKGROUND[:3], 0.97)
-LINE = 17.5  # units from line to line
+LINE = 17  # units from line to line
 TOP = 68  # units from the border of the window that the buttons in the corner take
 Rows = tuple[tuple[Cell, ...], ...]
 HEAD = tuple(Cell(text, FAINT) for text in ("", "keyboard", "mouse", "gamepad"))
@@ -25,21 +25,20 @@ def pages(bindings: Bindings = DEFAULT, size: tuple[int, int] = (1280, 720)) -> 
 
 @cache
 def _pages(groups: tuple, width: float, height: float) -> tuple[Panel, ...]:
-    blocks = [_block(name, rows) for name, rows in groups]
-    widest = Table(tuple(row for block in blocks for row in block), letters=SMALL).size()[0]
-    beside = max(1, int((width + COLUMN_GAP) // (widest + COLUMN_GAP)))
-    most = int(height // LINE)
-    lines = next((lines for lines in range(1, most) if len(_columns(blocks, lines)) <= beside), most)
-    columns = _columns(blocks, lines)
-    sheets = [columns[place : place + beside] for place in range(0, len(columns), beside)]
+    blocks, most = [_block(name, rows) for name, rows in groups], int(height // LINE)
+    for beside in (3, 2, 1):
+        lines = next((lines for lines in range(1, most) if len(_columns(blocks, lines)) <= beside), most)
+        columns = [Table((HEAD, *rows), letters=SMALL, line=LINE) for rows in _columns(blocks, lines)]
+        sheets = [Columns(tuple(columns[place : place + beside])) for place in range(0, len(columns), beside)]
+        if max(sheet.size()[0] for sheet in sheets) <= width:
+            break
     return tuple(_page(sheet, number, len(sheets)) for number, sheet in enumerate(sheets, 1))
 
 
-def _page(sheet: list[Rows], number: int, count: int) -> Panel:
-    tables = tuple(Table((HEAD, *rows), letters=SMALL, line=LINE) for rows in sheet)
+def _page(columns: Columns, number: int, count: int) -> Panel:
     turn = f"page {number} of {count}, F1 turns it" if number < count else "F1 or Esc closes this"
     foot = f"LT, RT: left and right trigger; LB, RB: left and right shoulder button.  {turn}"
-    return Panel((Columns(tables), Sentence(foot, FAINT, SMALL)), "center", colour=SHEET)
+    return Panel((columns, Sentence(foot, FAINT, SMALL)), "center", colour=SHEET)
 
 
 def _block(name: str, rows: tuple[tuple[str, str, str, str], ...]) -> Rows:

@@ -6,7 +6,7 @@ from typing import Self
 from demo.ui.canvas import INK, SMALL, TEXT, Box, Canvas, Colour, shorten, text_width
 from demo.ui.widgets import GAP, Cell, Table, Untouched
 
-COLUMN_GAP = 34  # units between the columns of a page
+COLUMN_GAP = 28  # units between the columns of a page
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ def boxes_of(live: Live) -> dict[str, tuple]:
     boxes = {f"{number}: {str(placed.panel)[:300]}": placed.box for number, placed in enumerate(flat)}
     if not live.helping:
         boxes["figure"] = view.figure_box(frame.styled, size)
-    if view.twin == "beside" and not live.helping:
+    if view.twin and not live.helping:
         boxes["twin"] = view.figure_box(frame.neutral, size, view.twin_shift(frame))
     return boxes
 
