@@ -82,10 +82,10 @@ CONTROLS = (
         "part back to no style",
         {"own_style": ("backspace",)},
         {"own_style": ("lefttrigger+a",)},
-        touch="“own”",
+        touch="“no style”",
         menu="style",
     ),
-    Control("all back to no style", {"reset": ("delete", "shift+backspace")}, touch="“reset”", menu="style"),
+    Control("all back to no style", {"reset": ("delete", "shift+backspace")}, touch="“reset all”", menu="style"),
     Control("next stylizer", {"stylizer_next": ("y",)}, {"stylizer_next": ("lefttrigger+b",)}, menu="style"),
     Control("renew the styles named drawn-...", {"reroll": ("u",)}, menu="style"),
     Control(
@@ -95,7 +95,7 @@ CONTROLS = (
         "compare with no styles (hold)",
         {"compare": ("return", "keypad enter")},
         {"compare": ("lefttrigger+rightshoulder",)},
-        touch="hold “A / B”",
+        touch="hold “compare”",
     ),
     Control(
         "next preset", {"preset_next": ("l",)}, {"preset_next": ("rightstick",)}, touch="its button", group="Presets"

@@ -29,7 +29,7 @@ class Hints:
                 ("weaker", "stronger", "strength"),
                 f"Change how strong it is: the slider, {shown('weaker', 'stronger')}, or the shoulder buttons",
             ),
-            (("compare",), f"Hold {shown('compare')} or “A / B” to compare with the neutral walk"),
+            (("compare",), f"Hold {shown('compare')} or “compare” to see it without styles"),
             (
                 ("jump", "crouch", "ground"),
                 f"Jump with {shown('jump')}, crouch with {shown('crouch')}, A and B on a gamepad; "

@@ -131,10 +131,10 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
     widgets.append(
         Buttons(
             (
-                Button("own", "own_style"),
-                Button("reset", "reset"),
+                Button("no style", "own_style"),
+                Button("reset all", "reset"),
                 Button("random", "random"),
-                Button("A / B", "compare", comparing, "hold"),
+                Button("compare", "compare", comparing, "hold"),
             ),
             SMALL,
         )
