@@ -46,7 +46,7 @@ def describe(style: StyleSpec) -> str:
     """A short name for a body's styles, such as `old legs, proud arms`; parts of one style go by their
     group."""
     if not style:
-        return "own style"
+        return "no style"
     left = list(style)
     names = []
     for group, parts in [(group, parts) for group, parts in reversed(GROUPS.items()) if group != "upper"] + [

@@ -8,7 +8,7 @@ from sim.body.skeleton import PART_NAMES, expand_part
 from sim.style_spec import MAX_STRENGTH, PartLike, PartSpec, StyleSpec
 
 STEP = 0.1
-OWN = "own style"
+OWN = "no style"
 HALF = 0.5  # the share with which a blend begins
 RANDOM_STRENGTHS = (0.7, 0.85, 1.0, 1.15)
 

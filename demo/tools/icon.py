@@ -26,7 +26,7 @@ VISOR = ((37.6, 10.6, 1.7), (41.0, 10.6, 1.7))
 RIM = 1.3  # units of dark round each limb, so that it stands off from those behind
 
 
-def draw() -> bytes:
+def draw_icon() -> bytes:
     """Its pixels, four bytes each."""
     canvas = Canvas(UNITS, UNITS, PIXELS / UNITS)
     canvas.box((1, 1, UNITS - 2, UNITS - 2), (*FRAME, 1.0), 13)
@@ -40,4 +40,4 @@ def draw() -> bytes:
 
 
 if __name__ == "__main__":
-    pygame.image.save(pygame.image.frombytes(draw(), (PIXELS, PIXELS), "RGBA"), str(FILE))
+    pygame.image.save(pygame.image.frombytes(draw_icon(), (PIXELS, PIXELS), "RGBA"), str(FILE))

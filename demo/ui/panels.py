@@ -251,7 +251,7 @@ def attention(values: np.ndarray | str, part: str, spec: PartSpec | None) -> Pan
         return Panel((title, Sentence(values, ALERT, SMALL, INSIGHT_WIDTH)), "bottom right", INSIGHT_WIDTH)
     colour = style_colour(spec.name) if spec else OWN_STYLE
     rows = tuple(map(tuple, values.round(3).tolist()))
-    across = f"across: a stride of {' and '.join(spec.names) if spec else 'its own style'}, start to end"
+    across = f"across: a stride of {' and '.join(spec.names) if spec else 'the neutral motion'}, start to end"
     words = Sentence(f"{across}. Bright: used most", FAINT, SMALL, INSIGHT_WIDTH)
     return Panel((title, HeatMap(rows, tuple(colour)), words), "bottom right", INSIGHT_WIDTH)
 

@@ -84,7 +84,7 @@ def test_a_recording_keeps_its_ground_and_replays_on_it(screen):
     frames = shown_since_restart(session)
     script = {2: [key("f2")], 6: [key("r")], 10: [key("w"), key("space")], 20: [key("f2")], 80: [key("r")]}
     live, _ = play(screen, script, 1.5, session)
-    assert any("on one ground: stop it first" in text for _, text, _ in live.toasts)
+    assert any("its ground: stop it first" in text for _, text, _ in live.toasts)
     recorded = recording.read(live.files[0])
     assert recorded.ground == "hills" and sum(command.jump for command in recorded) == 1
     again = fake_session(load_ground(recorded.ground))

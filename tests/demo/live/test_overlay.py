@@ -191,7 +191,7 @@ def test_the_box_of_a_figure_holds_all_its_skin(live):
 
 def test_a_change_of_style_is_named_beside_the_figure_for_a_while(live):
     def named() -> list[str]:
-        return [word for each in live.view.over for word in [str(each.panel)] if "bent" in word or "own style" in word]
+        return [word for each in live.view.over for word in [str(each.panel)] if "bent" in word or "no style'" in word]
 
     settle(live, (1280, 720))
     assert named() == []
@@ -206,7 +206,7 @@ def test_a_change_of_style_is_named_beside_the_figure_for_a_while(live):
     live.do("own_style")
     live.step()
     settle(live, (1280, 720), now=105.0)
-    assert "legs: own style" in named()[0]
+    assert "legs: no style" in named()[0]
 
 
 def test_the_twin_has_a_caption(live):

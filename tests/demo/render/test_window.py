@@ -306,7 +306,7 @@ def test_a_bad_presets_file_is_refused_and_left_alone(tmp_path, content, said):
 
 def test_names_of_what_is_worn():
     legs, arms = (dict.fromkeys(GROUPS[group], ("old", 1.0)) for group in ("legs", "arms"))
-    assert describe(StyleSpec()) == "own style"
+    assert describe(StyleSpec()) == "no style"
     assert describe(StyleSpec({**legs, "spine": ("sad", 1.0, "old", 0.5)})) == "old legs, sad and old spine"
     assert describe(StyleSpec({**legs, **arms, "spine": ("old", 0.5)})) == "old"
     assert describe(StyleSpec({"left_arm": "old"})) == "old left arm"
