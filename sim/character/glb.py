@@ -26,7 +26,8 @@ Scenery = tuple[np.ndarray, np.ndarray]  # corners (n, 3) in metres, triangles (
 
 
 def write_glb(path: str | Path, motion: CharacterMotion, scenery: Scenery | None = None) -> None:
-    """Writes the character with its motion. scenery: a mesh that lies there besides. Raises OSError, ValueError for a motion that is not finite."""
+    """Writes the character with its motion. scenery: a mesh that lies there besides. Raises OSError, ValueError for a
+    motion that is not finite."""
     check_finite(path, motion.positions, motion.rotations)
     with atomic_write(path) as temporary:
         temporary.write_bytes(encode_character(motion, scenery))
@@ -45,6 +46,12 @@ def encode_character(motion: CharacterMotion, scenery: Scenery | None = None) ->
     if scenery is not None:
         add_scenery(document, numbers, *scenery)
     return encode_glb(document, numbers)
+
+
+def encode_still(file: GltfFile) -> bytes:
+    """The bytes of a .glb that holds all of a file but its animations, whatever files lie beside it."""
+    numbers = Numbers()
+    return encode_glb(copy_document(file, numbers), numbers)
 
 
 def copy_document(file: GltfFile, numbers: Numbers) -> dict[str, Any]:
