@@ -44,14 +44,6 @@ class Numbers:
             self.accessors[-1] |= {name: np.atleast_1d(end).tolist() for name, end in ends.items()}
         return len(self.accessors) - 1
 
-    def replace(self, accessor: int | None, values: np.ndarray) -> int:
-        """Appends numbers in place of an accessor, whose number they keep; None for a new one."""
-        number = self.add(values)
-        if accessor is None:
-            return number
-        self.accessors[accessor] = self.accessors.pop()
-        return accessor
-
     def add_view(self, data: bytes, properties: dict[str, Any]) -> int:
         """Appends bytes, aligned as any numbers need to be, and gives their view."""
         self.views.append({"buffer": 0, "byteOffset": len(self.block), "byteLength": len(data)} | properties)
