@@ -186,7 +186,8 @@ class CharacterFit:
             return ankles + self._rise, ankles + self._rise
         under = np.array([self._lowest(turned, side) for side in range(2)])
         low = np.maximum(np.minimum(ankles - ANKLE_HEIGHT, toes - TOE_HEIGHT), 0.0)
-        return low * (1 - weights) - under, np.minimum(low, CLEARANCE) - under
+        low = low * (1 - weights)
+        return low - under, np.minimum(low, CLEARANCE) - under
 
     def _lowest(self, turned: np.ndarray, side: int) -> float:
         """How high the lowest point of a sole is over its ankle: a negative number."""
