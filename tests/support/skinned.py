@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from sim.body.kinematics import forward_kinematics
-from sim.body.skeleton import BONE_OFFSETS, INDEX, JOINT_COUNT, JOINTS, PARENTS, REST_HIPS_HEIGHT
+from sim.body.skeleton import BONE_OFFSETS, INDEX, JOINT_COUNT, JOINTS, PARENTS
 from sim.io.gltf_writer import INDICES, VERTICES, Numbers, encode_glb, xyzw
 from sim.math import rotations as rot
 
@@ -34,7 +33,8 @@ VRM_BONES = {
         )
     },
 }
-HALF = 0.03  # metres, of a box's width
+HALF, LOW = 0.03, 0.12  # metres: half of a box's width, and where feet are
+FOOT = 0.15  # metres ahead of the ankle, of a foot without toes
 T_POSE = np.tile(rot.IDENTITY, (JOINT_COUNT, 1))
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
@@ -70,7 +70,8 @@ class Build:
 
     def positions(self) -> np.ndarray:
         """(21, 3) joints of the rest pose, metres, before it is turned; it stands on a floor at 0."""
-        offsets = BONE_OFFSETS * np.array([self.longer.get(name, self.longer.get(name[4:], 1.0)) for name in JOINTS])[:, None]
+        plain = [name.removeprefix("Left").removeprefix("Right") for name in JOINTS]
+        offsets = BONE_OFFSETS * np.array([self.longer.get(name, 1.0) for name in plain])[:, None]
         places = np.zeros((JOINT_COUNT, 3))
         for joint, parent in enumerate(PARENTS[1:], 1):
             places[joint] = places[parent] + rot.rotate(self.rest[parent], offsets[joint])
@@ -125,7 +126,9 @@ def encode(build: Build) -> bytes:
     joints = list(range(first, first + len(names)))
     if build.root:
         joints, inverses = [*joints, 1], np.concatenate([inverses, np.eye(4)[None]])
-    mesh, image = _mesh(numbers, world, parents, build.unit), _picture()
+    feet = [names.index(build.names[side + "Foot"]) for side in ("Left", "Right")]
+    ahead = rot.rotate(turn, np.array([0.0, 0.0, FOOT])) / build.unit
+    mesh, image = _mesh(numbers, world, parents, build.unit, {foot: world[foot] + ahead for foot in feet}), _picture()
     nodes.append({"name": "Body", "mesh": 0, "skin": 0})
     document: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "a test"},
@@ -152,29 +155,32 @@ def encode(build: Build) -> bytes:
     return encode_glb(document, numbers)
 
 
-def _mesh(numbers: Numbers, world: np.ndarray, parents: list[int], unit: float) -> dict[str, Any]:
-    """A box about each bone, tied to the joint that it hangs on, and one at each end; two materials."""
+def _mesh(
+    numbers: Numbers, world: np.ndarray, parents: list[int], unit: float, tips: dict[int, np.ndarray]
+) -> dict[str, Any]:
+    """A box about each bone, tied to the joint that it hangs on, and one at each end, up to its tip if it has one; two
+    materials."""
     positions, joints = [], []
-    for joint, parent in enumerate(parents):
-        low = np.minimum(world[joint], world[max(parent, 0)])
-        high = np.maximum(world[joint], world[max(parent, 0)])
+    ends = [joint for joint in range(len(parents)) if joint not in parents]
+    bones = [(joint, max(parent, 0)) for joint, parent in enumerate(parents)] + [(joint, joint) for joint in ends]
+    for joint, parent in bones:
+        start = tips.get(joint, world[joint]) if joint == parent else world[joint]
+        low, high = np.minimum(start, world[parent]), np.maximum(start, world[parent])
         half = HALF / unit
-        ground = 0.0 if low[1] * unit < 0.12 else -np.inf  # what is that low stands on the floor
         box = low - half + CUBE * (high - low + 2 * half)
-        box[:, 1] = np.maximum(box[:, 1], ground)
-        if low[1] * unit < 0.12:
+        if low[1] * unit < LOW:  # a foot: it stands on the floor
             box[:, 1] = np.where(CUBE[:, 1] == 0, 0.0, box[:, 1])
         positions.append(box)
-        joints.append(np.full(8, max(parent, 0)))
+        joints.append(np.full(8, parent))
     corners = np.concatenate(positions)
     ties = np.zeros((len(corners), 4), np.uint8)
     ties[:, 0] = np.concatenate(joints)
     weights = np.tile([1.0, 0.0, 0.0, 0.0], (len(corners), 1))
-    boxes = 8 * np.arange(len(parents))[:, None, None] + FACES
-    triangles = np.concatenate([boxes[..., [0, 1, 2]], boxes[..., [0, 2, 3]]], axis=1).reshape(len(parents), -1)
+    boxes = 8 * np.arange(len(bones))[:, None, None] + FACES
+    triangles = np.concatenate([boxes[..., [0, 1, 2]], boxes[..., [0, 2, 3]]], axis=1).reshape(len(bones), -1)
     attributes = {
         "POSITION": numbers.add(corners, VERTICES, bounds=True),
-        "TEXCOORD_0": numbers.add(np.tile(CUBE[:, :2], (len(parents), 1)), VERTICES),
+        "TEXCOORD_0": numbers.add(np.tile(CUBE[:, :2], (len(bones), 1)), VERTICES),
         "JOINTS_0": numbers.add(ties, VERTICES),
         "WEIGHTS_0": numbers.add(weights, VERTICES),
     }
