@@ -6,6 +6,9 @@
     frame.styled.positions                          # (21, 3) metres, at 60 frames a second
     session.stylizer.bank.add("limp", pw.load_clip("limp.bvh"))
     pw.save_bvh("out.bvh", pw.stylize(pw.load_clip("walk.bvh"), {"legs": "limp"}, session.stylizer))
+    hero = pw.load_character("hero.glb")            # or .vrm: the user's own, steered and written in place of the figure
+    pw.CharacterFit(hero).step(frame.styled).positions      # (J, 3) of its own joints, at the figure's leg length
+    pw.save_glb("out.glb", pw.load_clip("walk.bvh"), hero)
 
 What is named here is kept: it changes only with a new minor version, and then the changelog says how. Every function
 raises ValueError in one sentence for what it cannot use, OSError for a file that it cannot read or write. Loading a
@@ -13,10 +16,14 @@ stylizer sets one thread for torch, because a frame is too little work for a sec
 cost a hundredfold."""
 
 from pathlib import Path
-from typing import Mapping
+from typing import Iterable, Mapping
 
 from controller.runtime.controller import PhaseFunctionedController
 from sim.body.pose import Pose
+from sim.character import files, glb
+from sim.character.character import Character, load_character
+from sim.character.fit import CharacterFit
+from sim.character.motion import fit_motion, poses_of
 from sim.command import Command, Commands
 from sim.ground.catalogue import load_ground
 from sim.ground.ground import Ground
@@ -32,6 +39,8 @@ from stylizer.runtime.offline import stylize as _stylize
 from stylizer.styles.bank import StyleBank
 
 __all__ = [
+    "Character",
+    "CharacterFit",
     "Clip",
     "Command",
     "Commands",
@@ -43,11 +52,13 @@ __all__ = [
     "Session",
     "StyleBank",
     "StyleSpec",
+    "load_character",
     "load_clip",
     "load_controller",
     "load_ground",
     "load_stylizer",
     "save_bvh",
+    "save_glb",
     "stylize",
 ]
 
@@ -69,6 +80,15 @@ def stylize(content: Clip, style: Mapping[str, PartLike], stylizer: LiveStylizer
     return _stylize(stylizer.bank.model, content, resolve_styles(stylizer.bank, style))
 
 
-def save_bvh(path: str | Path, clip: Clip) -> None:
-    """Writes a clip on the 21-joint skeleton, in centimetres."""
-    bvh.write(path, clip)
+def save_bvh(path: str | Path, clip: Clip, character: Character | None = None) -> None:
+    """Writes a clip in centimetres, on the 21-joint skeleton or on a character's own."""
+    bvh.write(path, clip if character is None else files.to_bvh(fit_motion(character, poses_of(clip))))
+
+
+def save_glb(
+    path: str | Path, motion: Clip | Iterable[Frame], character: Character, fps: int = 60, in_place: bool = False
+) -> None:
+    """Writes a character with its materials and the motion of a clip, or of a session's frames on level floor, as .glb
+    at 30 or 60 frames a second; a `root` joint carries its way over the floor, or, in place, nothing does."""
+    poses = poses_of(motion) if isinstance(motion, Clip) else [frame.styled for frame in motion]
+    glb.write_glb(path, fit_motion(character, poses, fps=fps, in_place=in_place))

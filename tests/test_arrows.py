@@ -47,6 +47,7 @@ ROOMS = {
         "session",
         "io",
         "retarget",
+        "character",
     ),
     "controller": ("model", "runtime", "training", "evaluation"),
     "stylizer": ("networks", "data", "systems", "styles", "runtime", "training", "evaluation"),

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Iterable, Iterator, Mapping
 from sim.io.provenance import SHIPPED
 
 if TYPE_CHECKING:
+    from demo.export.export import Takeaway
     from demo.export.vmc import Sender
+    from sim.character.character import Character
     from sim.ground.ground import Ground
     from sim.io.recording import Recording
     from sim.session import Frame, Session
@@ -30,6 +32,8 @@ STYLIZER_HELP = (
 GROUND_HELP = (
     "what to walk on: flat, hills, stairs, rough, or a height map FILE.png (10 cm a pixel, white 5 m over black)"
 )
+CHARACTER_HELP = "your own character in place of the figure: a skinned person as .glb, .gltf or .vrm"
+MAP_HELP = 'JSON {"our joint": "theirs", ...}, for a skeleton that is not recognised by its names or its shape'
 OUTPUTS = {  # kind, as in demo.export.export.WRITERS: (metavar, help)
     "poses": ("OUT.npz", "write neutral and styled motion as arrays"),
     "bvh": ("OUT.bvh", "write the styled motion as BVH"),
@@ -44,13 +48,45 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--headless", action="store_true", help="open no window, even where there is a display")
     for kind, (metavar, text) in OUTPUTS.items():
         parser.add_argument(f"--{kind}", type=Path, metavar=metavar, help=text)
+    add_takeaway(parser)
+    parser.add_argument("--map", type=Path, metavar="FILE", help=f"{MAP_HELP}, of the character")
     parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=f"{VMC_HELP}; in real time")
     parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
     parser.add_argument("--ground", metavar="NAME", help=f"{GROUND_HELP}; by default as it was recorded")
 
 
+def add_takeaway(parser: argparse.ArgumentParser) -> None:
+    """The options of demo.export.export.Takeaway."""
+    parser.add_argument("--character", type=Path, metavar="HERO.glb|HERO.vrm", help=CHARACTER_HELP)
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument(
+        "--root-motion",
+        action="store_true",
+        help="in .glb and .bvh the character goes its way over the floor, in .glb by its `root` joint (the default)",
+    )
+    way.add_argument("--in-place", action="store_true", help="in .glb and .bvh the way over the floor is left out")
+    parser.add_argument(
+        "--rate", type=int, choices=(30, 60), default=60, help="frames a second of .glb and .bvh (default: 60)"
+    )
+
+
+def takeaway_of(args: argparse.Namespace, name_map: dict[str, str] | None = None) -> "Takeaway":
+    """What those options say. Raises ValueError or OSError for a character that cannot be read."""
+    from demo.export.export import Takeaway
+
+    character = None
+    if args.character is not None:
+        from sim.character.character import load_character
+
+        character = load_character(args.character, name_map)
+        for note in character.notes:
+            warnings.warn(f"{args.character}: {note}", stacklevel=2)
+    return Takeaway(character, args.rate, args.in_place)
+
+
 def run(args: argparse.Namespace) -> int:
     from sim.io import recording
+    from sim.retarget import joint_names
 
     recorded = recording.read(args.recording)
     outputs = {kind: path for kind in OUTPUTS if (path := getattr(args, kind))}
@@ -61,6 +97,7 @@ def run(args: argparse.Namespace) -> int:
     from demo.state.grounds import ground_of
     from sim.ground.catalogue import load_ground
 
+    takeaway = takeaway_of(args, joint_names.load(args.map) if args.map else None)
     ground = load_ground(args.ground if args.ground is not None else ground_of(recorded, args.recording.parent))
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     play(
@@ -71,6 +108,7 @@ def run(args: argparse.Namespace) -> int:
         window=not args.headless,
         stream=stream,
         ground=ground,
+        takeaway=takeaway,
     )
     return 0
 
@@ -83,12 +121,14 @@ def play(
     window: bool = False,
     stream: "Sender | None" = None,
     ground: "Ground | None" = None,
+    takeaway: "Takeaway | None" = None,
 ) -> None:
     """Plays a sim.io.recording.Recording on a ground, None for level floor, in a window if asked and possible, else as
-    fast as it goes, but in real time to a `stream` (demo.export.vmc.Sender); then writes the outputs (kind -> path) and
-    says on stdout what came of it."""
+    fast as it goes, but in real time to a `stream` (demo.export.vmc.Sender); then writes the outputs (kind -> path), by
+    the figure or as `takeaway` says, and says on stdout what came of it."""
     from demo import STARTED, assemble
     from demo.export import export
+    from sim.character.files import CharacterRows
     from sim.io import poses_npz
     from sim.motion.clip import FPS
     from stylizer.styles import style_names
@@ -100,17 +140,21 @@ def play(
         session.stylizer.movements(style)  # raises for one that is not there, before anything is played
     if recorded.seed:
         session.stylizer.resample(recorded.seed)
+    takeaway = takeaway or export.Takeaway()
+    character = takeaway.character
     startup_s = time.perf_counter() - STARTED
     kept: list[Frame] = []  # no more than is written of them: a day's frames fit into no memory
     with ExitStack() as files:
         takers = [kept.append] if outputs.keys() & export.WHOLE else []
         if "poses" in outputs:
-            takers.append(files.enter_context(poses_npz.writer(outputs["poses"])))
-        shown = _watched(session, recorded) if window else None
+            rows = CharacterRows(character, ground) if character else None
+            skeleton = rows.constants if rows else poses_npz.CONSTANTS
+            takers.append(files.enter_context(poses_npz.writer(outputs["poses"], rows, skeleton)))
+        shown = _watched(session, recorded, character) if window else None
         for frame in _sent(shown or _stepped(session, recorded), stream):
             for take in takers:
                 take(frame)
-    result = export.Result(kept, session.latency, startup_s, ground)
+    result = export.Result(kept, session.latency, startup_s, ground, takeaway)
     report = session.latency.report()
     count = len(recorded)
     print(
@@ -141,7 +185,7 @@ def _sent(frames: "Iterable[Frame]", stream: "Sender | None") -> "Iterable[Frame
     return vmc.stream(frames, stream) if stream else frames
 
 
-def _watched(session: "Session", recorded: "Recording") -> "Iterable[Frame] | None":
+def _watched(session: "Session", recorded: "Recording", character: "Character | None") -> "Iterable[Frame] | None":
     """The frames, each as it is shown; None, before the first step, where no window can be opened."""
     from demo.render.window import NoDisplay, NoGL, has_display
 
@@ -150,7 +194,7 @@ def _watched(session: "Session", recorded: "Recording") -> "Iterable[Frame] | No
         return None
     from demo.live.replay_window import watch
 
-    frames = watch(session, recorded)
+    frames = watch(session, recorded, character)
     try:
         first = next(frames, None)
     except (NoDisplay, NoGL) as error:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Iterable
 
-from demo.commands.replay import STYLIZER_HELP
+from demo.commands.replay import STYLIZER_HELP, add_takeaway, takeaway_of
 from sim.io.provenance import SHIPPED
 from sim.style_spec import PartSpec, StyleSpec
 
@@ -40,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="write it on the content's own skeleton, in its unit and frame rate (default: ours, 60 a second)",
     )
+    add_takeaway(parser)
     parser.add_argument(
         "--map",
         type=Path,
@@ -76,11 +77,14 @@ def run(args: argparse.Namespace) -> int:
     if args.output.resolve() == args.content.resolve():
         raise ValueError(f"{args.output} is the content itself: write to another file")
     kind = "glb" if args.output.suffix.lower() == ".glb" else "bvh"
+    if args.retarget_back and (args.character or args.in_place or args.rate != 60):
+        raise ValueError("--retarget-back writes the content's own skeleton, way and frame rate: leave the others out")
     if kind == "glb" and args.retarget_back:
         raise ValueError("--retarget-back writes the content's own skeleton, as BVH: name the output .bvh")
     check_outputs({kind: args.output})
     style_names.check_known(style.names, args.stylizer or SHIPPED)
     name_map = joint_names.load(args.map) if args.map else None
+    takeaway = takeaway_of(args)
 
     from sim.io import bvh, motion_file
     from sim.retarget.retarget import to_clip
@@ -100,13 +104,10 @@ def run(args: argparse.Namespace) -> int:
         from sim.retarget.retarget_back import retarget_back
 
         bvh.write(args.output, retarget_back(motion, content, styled, name_map))
-    elif kind == "glb":
-        from demo.export import gltf
-        from demo.figure import colours
-
-        gltf.write(args.output, styled, colours.part_colours(style))
     else:
-        bvh.write(args.output, styled)
+        from demo.export import export
+
+        export.WRITERS[kind](args.output, export.of_clip(styled, style, takeaway))
     seconds = len(content) / content.fps
     print(f"{args.content.name}: {seconds:.1f} s of motion restyled in {time.perf_counter() - start:.1f} s")
     print(f"wrote {args.output}")

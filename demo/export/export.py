@@ -1,43 +1,102 @@
 """What a replay leaves behind: poses, BVH, glTF, video and latency report, each complete or not there at all."""
 
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Mapping, Sequence
+from typing import TYPE_CHECKING, Mapping, Sequence
 
 import numpy as np
 
+from sim.command import Command
 from sim.ground.ground import Ground
 from sim.io import bvh
 from sim.io.atomic_write import atomic_write
 from sim.latency import Latency
-from sim.motion.clip import FPS, Clip
+from sim.math.vectors import FLOOR
+from sim.motion.clip import FPS, Clip, RootFrame
 from sim.session import Frame
+from sim.style_spec import StyleSpec
+
+if TYPE_CHECKING:  # imported where it is used: it brings scipy, and what a line mistypes is said before
+    from sim.character.character import Character
+    from sim.character.motion import CharacterMotion
+
+
+@dataclass(frozen=True)
+class Takeaway:
+    """Who moves in what is written: the user's own character, None for the figure; at how many frames a second, 30 or
+    60, and whether in place, without the way over the floor."""
+
+    character: "Character | None" = None
+    rate: int = FPS
+    in_place: bool = False
 
 
 @dataclass(frozen=True)
 class Result:
-    """A finished replay: its frames, how long their stages took, the seconds before the first, and what was walked on
-    (None: level floor)."""
+    """A finished replay: its frames, how long their stages took, the seconds before the first, what was walked on
+    (None: level floor), and how it is written."""
 
     frames: Sequence[Frame]
     latency: Latency
     startup_s: float
     ground: Ground | None = None
+    takeaway: Takeaway = field(default_factory=Takeaway)
 
 
 def write_bvh(path: Path, result: Result) -> None:
-    """The styled motion, for other animation programs."""
-    bvh.write(path, styled_clip(result.frames))
+    """The styled motion, for other animation programs: on the figure's skeleton, or on the character's."""
+    from sim.character import files
+
+    motion = _character_motion(result)
+    clip = styled_clip(result.frames)
+    way = root_of(result.frames).positions * FLOOR if result.takeaway.in_place else np.zeros(3)
+    clip = replace(clip, hips=clip.hips - way)[:: FPS // result.takeaway.rate]
+    bvh.write(path, files.to_bvh(motion) if motion else replace(clip, fps=result.takeaway.rate))
 
 
 def write_glb(path: Path, result: Result) -> None:
-    """The styled motion on the figure, in the colours that it has at the end, and the uneven ground under it."""
+    """The styled motion on the figure, in the colours that it has at the end, or on the character; and the uneven
+    ground under it."""
     from demo.export import gltf
     from demo.figure import colours
+    from sim.character import glb
 
+    clip, takeaway, ground = styled_clip(result.frames), result.takeaway, result.ground
+    if motion := _character_motion(result):
+        scenery = None
+        if ground is not None:
+            corners, triangles = gltf.ground_around(ground, clip.hips)
+            scenery = corners * motion.character.scale, triangles
+        glb.write_glb(path, motion, scenery)
+        return
     worn = colours.part_colours(colours.worn(result.frames[-1]))
-    gltf.write(path, styled_clip(result.frames), worn, result.ground)
+    gltf.write(path, clip, worn, ground, takeaway.rate, takeaway.in_place, root_of(result.frames))
+
+
+def _character_motion(result: Result) -> "CharacterMotion | None":
+    """What the character does in the frames; None where there is none."""
+    from sim.character.motion import fit_motion
+
+    takeaway = result.takeaway
+    if takeaway.character is None:
+        return None
+    poses = (frame.styled for frame in result.frames)
+    return fit_motion(takeaway.character, poses, result.ground, takeaway.rate, takeaway.in_place)
+
+
+def of_clip(clip: Clip, style: StyleSpec, takeaway: Takeaway) -> Result:
+    """A clip at 60 frames a second, in a style, as something to write."""
+    from sim.character.motion import poses_of
+
+    command = Command(style=style)
+    return Result([Frame(command, pose, pose) for pose in poses_of(clip)], Latency(), 0.0, takeaway=takeaway)
+
+
+def root_of(frames: Sequence[Frame]) -> RootFrame:
+    """Where the ground frame goes."""
+    roots = np.array([frame.styled.root_position for frame in frames])
+    return RootFrame(roots, np.unwrap([float(frame.styled.root_facing) for frame in frames]))
 
 
 def styled_clip(frames: Sequence[Frame]) -> Clip:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Sequence
 
 from demo.export import export, video
+from sim.character.character import Character
 from sim.ground.ground import Ground
 from sim.latency import Latency
 from sim.motion.clip import FPS
@@ -48,9 +49,10 @@ class ExportJobs:
         """Whether an export runs."""
         return self._export is not None
 
-    def export(self, stem: Path, ground: Ground | None = None) -> None:
-        """Begins to write the frames kept so far, which were made on a ground, to `stem` with each kind's ending."""
-        self._export = self._thread.submit(_write_elsewhere, list(self.frames), stem, ground)
+    def export(self, stem: Path, ground: Ground | None = None, character: Character | None = None) -> None:
+        """Begins to write the frames kept so far, which were made on a ground, to `stem` with each kind's ending; on
+        the figure, or on a character."""
+        self._export = self._thread.submit(_write_elsewhere, list(self.frames), stem, ground, character)
 
     def finished(self, wait: bool = False) -> Written | None:
         """What came of the export, once, as soon as it is over; None before. `wait` waits for it."""
@@ -60,12 +62,14 @@ class ExportJobs:
         return export.result()
 
 
-def _write_elsewhere(frames: Sequence[Frame], stem: Path, ground: Ground | None) -> Written:
+def _write_elsewhere(
+    frames: Sequence[Frame], stem: Path, ground: Ground | None, character: Character | None
+) -> Written:
     """write_all in a process of its own, begun and waited for in a thread."""
     packed = [pickle.dumps(frame) for frame in frames]  # one by one: in between the walk gets Python's lock
     try:
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_start_writing) as process:
-            return process.submit(_write_packed, packed, stem, ground).result()
+            return process.submit(_write_packed, packed, stem, ground, character).result()
     except Exception as error:  # the other process died, whatever of: the walk goes on
         return Written((), (f"the export stopped: {error}",))
 
@@ -85,14 +89,17 @@ def _end_with_parent() -> None:
             os._exit(0)  # the pool would wait for the window's next word for ever
 
 
-def _write_packed(packed: Sequence[bytes], stem: Path, ground: Ground | None) -> Written:
+def _write_packed(packed: Sequence[bytes], stem: Path, ground: Ground | None, character: Character | None) -> Written:
     with _WRITING:
-        return write_all([pickle.loads(frame) for frame in packed], stem, ground)
+        return write_all([pickle.loads(frame) for frame in packed], stem, ground, character)
 
 
-def write_all(frames: Sequence[Frame], stem: Path, ground: Ground | None = None) -> Written:
+def write_all(
+    frames: Sequence[Frame], stem: Path, ground: Ground | None = None, character: Character | None = None
+) -> Written:
     """Writes every kind that this machine can; the video as MP4, or as GIF where there is no ffmpeg."""
-    result, files, problems = export.Result(frames, Latency(), 0.0, ground), [], []
+    result = export.Result(frames, Latency(), 0.0, ground, export.Takeaway(character))
+    files, problems = [], []
     endings = {"bvh": "bvh", "glb": "glb", "video": "mp4" if video.has_ffmpeg() else "gif"}
     for kind, ending in endings.items():
         path = stem.with_name(f"{stem.name}.{ending}")

@@ -15,13 +15,15 @@ from demo.render.view import View
 from demo.render.window import open_window
 from demo.state.bindings import DEFAULT
 from demo.ui import panels
+from sim.character.character import Character
 from sim.command import Command
 from sim.motion.clip import FPS
 from sim.session import Frame, Session
 
 
-def watch(session: Session, commands: Iterable[Command]) -> Iterator[Frame]:
-    """Every frame of the replay, each shown when its time has come; a slow machine shows fewer, and steps them all.
+def watch(session: Session, commands: Iterable[Command], character: Character | None = None) -> Iterator[Frame]:
+    """Every frame of the replay, by the figure or by a character, each shown when its time has come; a slow machine
+    shows fewer, and steps them all.
 
     After Esc, or with the window closed, the rest comes as fast as it goes. Raises NoDisplay and NoGL
     (demo.render.window)."""

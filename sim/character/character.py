@@ -5,7 +5,7 @@ as long as ours: strides, speeds and heights then fit as they are, and `scale` g
 joint turns as one of ours does: its rotation away from the rest pose is ours times a constant (as in sim/retarget)."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -92,7 +92,7 @@ class Character:
     @cached_property
     def hangs(self) -> np.ndarray:
         """(J,) whether a joint is the hips or hangs on them."""
-        result = self.under_hips.any(axis=-1)
+        result: np.ndarray = np.any(self.under_hips, axis=-1, keepdims=False)
         result[self.index["Hips"]] = True
         return result
 
@@ -144,7 +144,7 @@ def _character(path: Path, file: GltfFile, name_map: dict[str, str] | None) -> C
         path,
         file,
         rig,
-        mesh=_moved(mesh, corners - floor, rot.rotate(turn, mesh.normals)),
+        mesh=replace(mesh, positions=corners - floor, normals=rot.rotate(turn, mesh.normals)),
         index=body.index,
         rest=rest - floor,
         constants=inverses,
@@ -158,18 +158,12 @@ def _character(path: Path, file: GltfFile, name_map: dict[str, str] | None) -> C
     )
 
 
-def _moved(mesh: SkinnedMesh, positions: np.ndarray, normals: np.ndarray) -> SkinnedMesh:
-    from dataclasses import replace
-
-    return replace(mesh, positions=positions, normals=normals)
-
-
 def _standing(rig: Rig) -> Motion:
     """The rest pose as a motion of one frame, joints with the axes of the world."""
     offsets = rig.positions.copy()
     below = rig.parents >= 0
     offsets[below] -= rig.positions[rig.parents[below]]
-    channels = [POSITION_ORDER + ROTATION_ORDER] * len(offsets)
+    channels: list[tuple[str, ...]] = [POSITION_ORDER + ROTATION_ORDER] * len(offsets)
     still = np.tile(rot.IDENTITY, (1, len(offsets), 1))
     return Motion(rig.names, rig.parents.tolist(), offsets, {}, channels, FPS, offsets[None], still)
 
@@ -234,9 +228,7 @@ def _lay_sole(side: str, index: dict[str, int], rest: np.ndarray, constants: dic
         constants[toe] = constants[foot]
 
 
-def _roll_palm(
-    side: str, rig: Rig, index: dict[str, int], rest: np.ndarray, constants: dict[str, np.ndarray]
-) -> None:
+def _roll_palm(side: str, rig: Rig, index: dict[str, int], rest: np.ndarray, constants: dict[str, np.ndarray]) -> None:
     """Rolls a hand whose thumb does not point forwards as ours does while the arm is held out, its palm down."""
     hand, forearm = index[side + "Hand"], index[side + "ForeArm"]
     thumb = next((j for j, name in enumerate(rig.names) if THUMB.search(name) and int(rig.parents[j]) == hand), None)

@@ -18,7 +18,7 @@ from sim.ground.ground import Ground
 from sim.math import rotations as rot
 from sim.math.easing import smooth_step
 from sim.math.springs import spring_step
-from sim.math.vectors import FLOOR, FORWARD, LEFT, UP
+from sim.math.vectors import FLOOR, FORWARD, UP
 from sim.motion.clip import FPS
 from sim.motion.thresholds import FOOT_LOCKED
 from sim.retarget.plausibility import SIDES
@@ -26,14 +26,14 @@ from sim.retarget.plausibility import SIDES
 WEIGHT_HALFLIFE = 0.03  # seconds in which a foot that lands or lifts takes or gives half of the body's weight
 SHIFT_HALFLIFE = 0.04  # seconds, for the hips' way to where the foot that carries has them
 RELEASE_HALFLIFE = 0.04  # seconds in which half of what a lifted foot is off its leg is gone
-# Share of the body's shift from ours that each landing foot takes back: on level floor, and on uneven ground, where feet
-# have to land on what ours land on.
+# Share of the body's shift from ours that each landing foot takes back: on level floor, and on uneven ground, where
+# feet have to land on what ours land on.
 LEAK, UNEVEN_LEAK = 0.15, 1.0
 MOST_PITCH = np.radians(25.0)
 FULL = 0.5  # of the feet's weights: with less, hips stay the more where they are; both feet are in the air
 CLEARANCE = 0.015  # metres: a foot in the air is as high over the ground as ours up to this
-REACH = 0.9995  # share of a leg's length that is used
-SOFT = 0.003  # metres that a leg may still be stretched when the hips begin to sink for it
+REACH = 0.9998  # share of a leg's length that is used
+SOFT = 0.001  # metres that a leg may still be stretched when the hips begin to sink for it
 LEAP = 1.0  # metres in a frame: so far goes no body, it was put somewhere else
 DT = 1 / FPS
 UP_LEG, LOW_LEG, FOOT = LEGS
@@ -133,7 +133,7 @@ class CharacterFit:
         """Where a foot stands on its toes, its heel is as high as ours: a longer foot is pitched less, so that the leg
         above it is as ours is."""
         heights = (pose.positions[FOOT] - pose.positions[TOE])[:, 1] - ANKLE_HEIGHT + TOE_HEIGHT  # of our heels
-        for side in np.flatnonzero(heights > 0):
+        for side in np.flatnonzero(heights > 0).tolist():
             under = self._lowest(turned, side)
             much = -under - self._rise - ANKLE_HEIGHT - heights[side]
             ball = rot.rotate(turned[FOOT[side]], self._balls[side])
@@ -161,9 +161,7 @@ class CharacterFit:
     def _stray(self, off: np.ndarray, leak: float) -> np.ndarray:
         """(2, 3) over the floor, from where a leg has its foot to where it goes: where it stands, which is `off` (2, 3)
         from there; when it lifts it goes back to its leg."""
-        astray, rate = spring_step(
-            self._astray, self._astray_rate, -leak * self._shift * FLOOR, RELEASE_HALFLIFE, DT
-        )
+        astray, rate = spring_step(self._astray, self._astray_rate, -leak * self._shift * FLOOR, RELEASE_HALFLIFE, DT)
         self._astray = np.where(self._stands[:, None], off * FLOOR, astray)
         self._astray_rate = np.where(self._stands[:, None], 0.0, rate)
         return self._astray
@@ -188,7 +186,8 @@ class CharacterFit:
             return ankles + self._rise, ankles + self._rise
         under = np.array([self._lowest(turned, side) for side in range(2)])
         low = np.maximum(np.minimum(ankles - ANKLE_HEIGHT, toes - TOE_HEIGHT), 0.0)
-        return low * (1 - weights) - under, np.minimum(low, CLEARANCE) - under
+        low = low * (1 - weights)
+        return low - under, np.minimum(low, CLEARANCE) - under
 
     def _lowest(self, turned: np.ndarray, side: int) -> float:
         """How high the lowest point of a sole is over its ankle: a negative number."""

@@ -5,12 +5,13 @@ glTF 2.0."""
 
 from copy import deepcopy
 from pathlib import Path
-from typing import Any
+from typing import Any, Mapping
 
 import numpy as np
 
 from sim.character.character import Character
 from sim.character.motion import CharacterMotion
+from sim.character.rig import node_matrix
 from sim.io.atomic_write import atomic_write
 from sim.io.checks import check_finite
 from sim.io.gltf_file import GltfFile, rest_of
@@ -18,7 +19,7 @@ from sim.io.gltf_writer import INDICES, VERTICES, Numbers, animation, encode_glb
 from sim.math import rotations as rot
 
 ROOT = "root"
-SAME = 1e-4  # by which a node may be off the bind pose, of metres and of a quaternion's numbers
+SAME = 1e-4  # share of a node's matrix by which it may be off the bind pose
 MOVING = 1e-6  # of a quaternion's numbers: a joint that turns by less keeps its rest pose
 
 
@@ -26,7 +27,8 @@ Scenery = tuple[np.ndarray, np.ndarray]  # corners (n, 3) in metres, triangles (
 
 
 def write_glb(path: str | Path, motion: CharacterMotion, scenery: Scenery | None = None) -> None:
-    """Writes the character with its motion. scenery: a mesh that lies there besides. Raises OSError, ValueError for a motion that is not finite."""
+    """Writes the character with its motion. scenery: a mesh that lies there besides. Raises OSError, ValueError for a
+    motion that is not finite."""
     check_finite(path, motion.positions, motion.rotations)
     with atomic_write(path) as temporary:
         temporary.write_bytes(encode_character(motion, scenery))
@@ -36,10 +38,12 @@ def encode_character(motion: CharacterMotion, scenery: Scenery | None = None) ->
     """The bytes of what `write_glb` writes."""
     character = motion.character
     numbers = Numbers()
-    document = copy_document(character.file, numbers)
+    own, first, place = _find_root(character)
+    binds = {} if own is not None else _binds_with_root(character, first, place)
+    document = copy_document(character.file, numbers, binds)
     _stand_in_bind(document, character)
     _free_meshes(document)
-    root = _root(document, character, numbers)
+    root = int(character.rig.nodes[own]) if own is not None else _add_root(document, character, first, place)
     document["animations"] = [animation(numbers, "Patchwalk", motion.fps, _tracks(document, motion, root))]
     document["asset"] = document.get("asset", {}) | {"version": "2.0", "generator": "Patchwalk"}
     if scenery is not None:
@@ -47,8 +51,15 @@ def encode_character(motion: CharacterMotion, scenery: Scenery | None = None) ->
     return encode_glb(document, numbers)
 
 
-def copy_document(file: GltfFile, numbers: Numbers) -> dict[str, Any]:
-    """A file's document without its animations, its numbers and pictures copied into `numbers`."""
+def encode_still(file: GltfFile) -> bytes:
+    """The bytes of a .glb that holds all of a file but its animations, whatever files lie beside it."""
+    numbers = Numbers()
+    return encode_glb(copy_document(file, numbers, {}), numbers)
+
+
+def copy_document(file: GltfFile, numbers: Numbers, binds: Mapping[int, np.ndarray]) -> dict[str, Any]:
+    """A file's document without its animations, its numbers and pictures copied into `numbers`. binds: of some skins
+    the inverse bind matrices (n, 4, 4) in place of the file's."""
     old = file.document
     document = deepcopy({key: value for key, value in old.items() if key not in ("animations", "buffers")})
     views: dict[int, int] = {}
@@ -78,8 +89,10 @@ def copy_document(file: GltfFile, numbers: Numbers) -> dict[str, Any]:
                 attributes.update({name: accessor(number) for name, number in attributes.items()})
             if "indices" in primitive:
                 primitive["indices"] = accessor(primitive["indices"])
-    for skin in document.get("skins", ()):
-        if "inverseBindMatrices" in skin:
+    for number, skin in enumerate(document.get("skins", ())):
+        if number in binds:
+            skin["inverseBindMatrices"] = numbers.add(binds[number].swapaxes(1, 2))
+        elif "inverseBindMatrices" in skin:
             skin["inverseBindMatrices"] = accessor(skin["inverseBindMatrices"])
     for image in document.get("images", ()):
         if "bufferView" in image:
@@ -96,17 +109,11 @@ def _stand_in_bind(document: dict[str, Any], character: Character) -> None:
     """Puts nodes that stand otherwise into the pose that the mesh was tied in."""
     rig = character.rig
     for joint, parent in enumerate(rig.parents.tolist()):
-        above = rig.bind[parent] if parent >= 0 else np.eye(4)
-        local = np.linalg.inv(above) @ rig.bind[joint]
-        scale = np.linalg.norm(local[:3, :3], axis=0)
-        turn = rot.from_matrix(local[:3, :3] / scale)
+        local = np.linalg.inv(rig.bind[parent]) @ rig.bind[joint] if parent >= 0 else rig.bind[joint]
         node = document["nodes"][int(rig.nodes[joint])]
-        place, before, _ = rest_of(node)
-        size = max(1.0, float(np.abs(place).max()))
-        apart = min(np.abs(turn - before).max(), np.abs(turn + before).max())
-        if apart > SAME or np.abs(local[:3, 3] - place).max() > SAME * size or "matrix" in node:
+        if np.abs(local - node_matrix(node)).max() > SAME * max(1.0, float(np.abs(local).max())) or "matrix" in node:
             node.pop("matrix", None)
-            node |= {"translation": local[:3, 3].tolist(), "rotation": xyzw(turn).tolist(), "scale": scale.tolist()}
+            node |= _placed(local, scaled=True)
 
 
 def _free_meshes(document: dict[str, Any]) -> None:
@@ -123,51 +130,61 @@ def _free_meshes(document: dict[str, Any]) -> None:
                 nodes += freed
 
 
-def _root(document: dict[str, Any], character: Character, numbers: Numbers) -> int:
-    """The node that carries the way over the floor: the character's own joint called root, or a new one above the
-    skeleton's first."""
-    rig, index = character.rig, character.index
+def _find_root(character: Character) -> tuple[int | None, int, np.ndarray]:
+    """The character's own joint called root above its hips, None where it has none; the first joint of its skeleton;
+    and where a root of ours would be in the bind pose, (4, 4) to the world: on the floor under it."""
+    rig = character.rig
     skinned = {joint for skin in rig.inverse_binds for joint in skin}
-    above, joint = [], index["Hips"]
-    while rig.parents[joint] >= 0 and int(rig.parents[joint]) in skinned:
-        joint = int(rig.parents[joint])
-        above.append(joint)
-    own = next((each for each in above if rig.names[each].lower() == ROOT), None)
-    if own is not None:
-        return int(rig.nodes[own])
+    above = [character.index["Hips"]]
+    while rig.parents[above[-1]] >= 0 and int(rig.parents[above[-1]]) in skinned:
+        above.append(int(rig.parents[above[-1]]))
+    own = next((joint for joint in above[1:] if rig.names[joint].lower() == ROOT), None)
+    parent = int(rig.parents[above[-1]])
+    scale = rig.scales[parent] if parent >= 0 else 1.0
+    place = np.eye(4)
+    place[:3, :3] = rot.to_matrix(rot.inverse(character.turn)) * scale
+    place[:3, 3] = character.floor
+    return own, above[-1], place
 
-    nodes, top, parent = document["nodes"], int(rig.nodes[joint]), int(rig.parents[joint])
-    new = len(nodes)
+
+def _binds_with_root(character: Character, first: int, place: np.ndarray) -> dict[int, np.ndarray]:
+    """The inverse bind matrices of each skin that has the skeleton's first joint, with those of a root after them."""
+    rig = character.rig
+    to_root = np.linalg.inv(place) @ rig.bind[first]
+    return {
+        number: np.array([*skin.values(), to_root @ skin[first]])
+        for number, skin in enumerate(rig.inverse_binds)
+        if first in skin
+    }
+
+
+def _add_root(document: dict[str, Any], character: Character, first: int, place: np.ndarray) -> int:
+    """A new node above the skeleton's first joint, which is a joint of its skins as well."""
+    rig, nodes = character.rig, document["nodes"]
+    top, parent, new = int(rig.nodes[first]), int(rig.parents[first]), len(nodes)
     over = rig.bind[parent] if parent >= 0 else np.eye(4)
-    world = np.eye(4)
-    world[:3, :3] = rot.to_matrix(rot.inverse(character.turn)) * np.linalg.norm(over[:3, :3], axis=0).mean()
-    world[:3, 3] = character.floor
-    local = np.linalg.inv(over) @ world
-    nodes.append(
-        {
-            "name": ROOT,
-            "translation": local[:3, 3].tolist(),
-            "rotation": xyzw(rot.from_matrix(local[:3, :3] / np.linalg.norm(local[:3, :3], axis=0))).tolist(),
-            "children": [top],
-        }
-    )
+    nodes.append({"name": ROOT, "children": [top]} | _placed(np.linalg.inv(over) @ place, scaled=False))
     siblings = [scene.setdefault("nodes", []) for scene in document.get("scenes", ())]
     if parent >= 0:
         siblings = [nodes[int(rig.nodes[parent])]["children"]]
     for each in siblings:
         each[:] = [new if node == top else node for node in each]
-    below = np.linalg.inv(world) @ rig.bind[joint]
-    place, turn = below[:3, 3], rot.from_matrix(below[:3, :3] / np.linalg.norm(below[:3, :3], axis=0))
-    nodes[top] |= {"translation": place.tolist(), "rotation": xyzw(turn).tolist()}
+    nodes[top] |= _placed(np.linalg.inv(place) @ rig.bind[first], scaled="scale" in nodes[top])
     for skin, inverses in zip(document["skins"], rig.inverse_binds):
-        if joint not in inverses:
-            continue
-        matrices = np.array([*inverses.values(), np.linalg.inv(world) @ rig.bind[joint] @ inverses[joint]])
-        skin["joints"].append(new)
-        skin["inverseBindMatrices"] = numbers.replace(skin.get("inverseBindMatrices"), matrices.swapaxes(1, 2))
-        if skin.get("skeleton") == top:
-            skin["skeleton"] = new
+        if first in inverses:
+            skin["joints"].append(new)
+            if skin.get("skeleton") == top:
+                skin["skeleton"] = new
     return new
+
+
+def _placed(matrix: np.ndarray, scaled: bool) -> dict[str, Any]:
+    """A node's place in its parent, (4, 4), as glTF has it."""
+    scale = np.linalg.norm(matrix[:3, :3], axis=0)
+    turn = rot.from_matrix(matrix[:3, :3] / scale)
+    return {"translation": matrix[:3, 3].tolist(), "rotation": xyzw(turn).tolist()} | (
+        {"scale": scale.tolist()} if scaled else {}
+    )
 
 
 def _tracks(document: dict[str, Any], motion: CharacterMotion, root: int) -> list[tuple[int, str, np.ndarray]]:

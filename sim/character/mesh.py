@@ -29,12 +29,13 @@ PACKED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_
 @dataclass(frozen=True)
 class Material:
     """A base colour: factor (4,) in display colours, and a picture (h, w, 4) uint8, top row first; alpha under which
-    nothing is drawn (0: all is)."""
+    nothing is drawn (0: all is); whether it is seen from behind."""
 
     name: str = ""
     factor: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     picture: np.ndarray | None = None
     cut_off: float = 0.0
+    double_sided: bool = False
 
 
 @dataclass(frozen=True)
@@ -200,7 +201,8 @@ def _base(file: GltfFile, material: int | None) -> dict[str, Any]:
     return file.document["materials"][material].get("pbrMetallicRoughness", {})
 
 
-def _material(file: GltfFile, number: int | None) -> Material:
+def _material(file: GltfFile, number: int | None, pictures: dict[int, np.ndarray | None]) -> Material:
+    """A material by its number; pictures: those that were read before, by texture."""
     if number is None:
         return Material()
     entry, base = file.document["materials"][number], _base(file, number)
@@ -210,8 +212,11 @@ def _material(file: GltfFile, number: int | None) -> Material:
     name = str(entry.get("name") or f"material {number}")
     picture = None
     if "baseColorTexture" in base:
-        picture = _picture(file, base["baseColorTexture"]["index"], name)
-    return Material(name, tuple(factor.tolist()), picture, float(cut_off))
+        texture = base["baseColorTexture"]["index"]
+        if texture not in pictures:
+            pictures[texture] = _picture(file, texture, name)
+        picture = pictures[texture]
+    return Material(name, tuple(factor.tolist()), picture, float(cut_off), bool(entry.get("doubleSided", False)))
 
 
 def _picture(file: GltfFile, texture: int, material: str) -> np.ndarray | None:
@@ -246,10 +251,11 @@ def _joined(file: GltfFile, pieces: list[_Piece]) -> SkinnedMesh:
     triangles = [piece.triangles + start for piece, start in zip(pieces, starts)]
     counts = [sum(len(piece.triangles) for piece in pieces if piece.material == each) for each in order]
     ends = np.cumsum(counts).tolist()
+    pictures: dict[int, np.ndarray | None] = {}
     corners = {name: np.concatenate([piece.corners[name] for piece in pieces]) for name in pieces[0].corners}
     return SkinnedMesh(
         **corners,
         triangles=np.concatenate(triangles).astype(np.uint32),
-        materials=tuple(_material(file, each) for each in order),
+        materials=tuple(_material(file, each, pictures) for each in order),
         ranges=tuple(zip([0, *ends[:-1]], ends)),
     )

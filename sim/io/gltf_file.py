@@ -40,7 +40,9 @@ class GltfFile:
         with open(path, "rb") as file:
             data = file.read(MAX_MEGABYTES * MEGABYTE + 1)
         if len(data) > MAX_MEGABYTES * MEGABYTE:
-            raise ValueError(f"{path} is larger than {MAX_MEGABYTES} MB: export the skeleton and what hangs on it alone")
+            raise ValueError(
+                f"{path} is larger than {MAX_MEGABYTES} MB: export the skeleton and what hangs on it alone"
+            )
         if data[:4] == b"glTF":  # sec. 4.4
             data, self._blob = self._chunks(data)
         self.document: dict[str, Any] = json.loads(data.decode("utf-8-sig"))

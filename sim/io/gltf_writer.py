@@ -6,7 +6,12 @@ from typing import Any
 
 import numpy as np
 
-COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint8): 5121, np.dtype(np.uint16): 5123, np.dtype(np.uint32): 5125}
+COMPONENTS = {
+    np.dtype(np.float32): 5126,
+    np.dtype(np.uint8): 5121,
+    np.dtype(np.uint16): 5123,
+    np.dtype(np.uint32): 5125,
+}
 TYPES = {(): "SCALAR", (2,): "VEC2", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
 VERTICES, INDICES = 34962, 34963  # what a buffer view feeds
 JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
@@ -38,14 +43,6 @@ class Numbers:
             ends = {"min": values.min(axis=0), "max": values.max(axis=0)}
             self.accessors[-1] |= {name: np.atleast_1d(end).tolist() for name, end in ends.items()}
         return len(self.accessors) - 1
-
-    def replace(self, accessor: int | None, values: np.ndarray) -> int:
-        """Appends numbers in place of an accessor, whose number they keep; None for a new one."""
-        number = self.add(values)
-        if accessor is None:
-            return number
-        self.accessors[accessor] = self.accessors.pop()
-        return accessor
 
     def add_view(self, data: bytes, properties: dict[str, Any]) -> int:
         """Appends bytes, aligned as any numbers need to be, and gives their view."""

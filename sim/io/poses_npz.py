@@ -44,15 +44,16 @@ def to_arrays(frames: Sequence[Frame]) -> dict[str, np.ndarray]:
 
 @contextmanager
 def writer(
-    path: str | Path, rows: Rows = to_arrays, constants: Mapping[str, np.ndarray] = CONSTANTS
+    path: str | Path, rows: Rows | None = None, constants: Mapping[str, np.ndarray] = CONSTANTS
 ) -> Iterator[Callable[[Frame], None]]:
     """Gives a function that takes one frame after the other; the file is there, whole, when the block has ended without
     error. Equal frames give equal bytes.
 
-    rows, constants: what is written of frames, and of their skeleton: ours, or a character's (sim.character.files).
+    rows, constants: what is written of frames (None: `to_arrays`), and of their skeleton: ours, or a character's
+    (sim.character.files).
     Raises OSError where it cannot be written, ValueError for frames that are not finite."""
     with atomic_write(path) as temporary:
-        parts = _Parts(Path(path), temporary.parent, rows, constants)
+        parts = _Parts(Path(path), temporary.parent, rows or to_arrays, constants)
         yield parts.add
         parts.save(temporary)
 

@@ -155,7 +155,7 @@ def _limb(positions: np.ndarray, chain: list[int]) -> Limb | None:
         first = positions[:, joint] - positions[:, kept[-1]]
         if np.linalg.norm(first, axis=-1).mean() < 1e-6:
             continue
-        if after is not None:
+        if after is not None and len(positions) > 1:  # a single pose does not tell what bends
             second = positions[:, after] - positions[:, joint]
             if (np.vecdot(rot.normalize(first), rot.normalize(second)) > STRAIGHT).all():
                 continue

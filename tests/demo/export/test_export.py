@@ -135,7 +135,7 @@ def test_another_reader_finds_the_same_joints_in_the_bvh(result, tmp_path):
 
 def test_glb_is_the_styled_motion_in_the_last_frame_s_colours(result, tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr("demo.export.gltf.write", lambda path, clip, colours, _: seen.append((clip, colours)))
+    monkeypatch.setattr("demo.export.gltf.write", lambda path, clip, colours, *_: seen.append((clip, colours)))
     WRITERS["glb"](tmp_path / "a.glb", result)
     ((clip, colours),) = seen
     np.testing.assert_allclose(clip.positions(), [frame.styled.positions for frame in result.frames], atol=1e-9)

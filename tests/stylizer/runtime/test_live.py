@@ -14,7 +14,6 @@ from sim.motion.clip import root_frame
 from sim.motion.feature_window import RingBuffer
 from stylizer.runtime.catalogue import make_stylizer
 from stylizer.runtime.decoder_live import DecoderStylizer
-from stylizer.runtime.live import LiveStylizer
 from stylizer.runtime.pose_delta import unwrap
 from stylizer.runtime.style_mixer import BODY, StyleMixer
 from stylizer.styles.stride_residual import play_residual
@@ -187,7 +186,9 @@ def test_each_of_a_crowd_moves_as_it_would_alone(bank, walk):
         history.push(poses)
         together.append(stylizer.step(history.window(), poses, [worn(frame) for worn in wears]))
     for one, worn in enumerate(wears):
-        for poses, pose in zip(together, stream(bank, walk[:60], worn, turn=one % make_stylizer(bank).PERIOD), strict=True):
+        for poses, pose in zip(
+            together, stream(bank, walk[:60], worn, turn=one % make_stylizer(bank).PERIOD), strict=True
+        ):
             np.testing.assert_allclose(poses.positions[one], pose.positions, atol=1e-4)
 
 
