@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from types import ModuleType
 from typing import Any, Callable, Iterator, NoReturn, Sequence
 
-from demo.commands import bench, doctor, evaluate, keys, live, replay, styles, stylize, train
+from demo.commands import bench, doctor, evaluate, export, keys, live, replay, styles, stylize, train
 from sim.io.provenance import PERMISSIVE
 from sim.io.user_dirs import cache_folder
 
@@ -24,6 +24,7 @@ COMMANDS = {
     "bench": bench,
     "evaluate": evaluate,
     "train": train,
+    "export": export,
     "keys": keys,
     "doctor": doctor,
 }

@@ -37,7 +37,7 @@ class Jump:
     @property
     def airborne(self) -> np.ndarray:
         """(...) whether it flies, and no command can reach it."""
-        return (self.time > 0) & (self.time < FLIGHT)
+        return (self.time > DT / 2) & (self.time < FLIGHT)  # not by rounding does it take off a frame later
 
     @property
     def under_way(self) -> bool:

@@ -6,6 +6,7 @@ from controller.runtime.trajectory import rotate_2d
 from sim.body.skeleton import CONTACT_JOINTS
 from sim.math.easing import ramp
 from sim.math.springs import decay
+from sim.math.vectors import NOT_YET, before_or_now
 from sim.motion.clip import FPS
 from sim.motion.thresholds import ROOT_CARRIED
 
@@ -18,7 +19,7 @@ class RootCorrection:
     crowd."""
 
     def __init__(self) -> None:
-        self.feet: np.ndarray | None = None  # (..., 4, 2) of the last frame, in its root frame
+        self.feet = NOT_YET  # (..., 4, 2) of the last frame, in its root frame
         self.slide = np.zeros(2)
 
     def step(self, root: np.ndarray, positions: np.ndarray, contacts: np.ndarray) -> np.ndarray:
@@ -27,7 +28,7 @@ class RootCorrection:
         feet = positions[..., CONTACT_JOINTS, ::2]
         now = root[..., None, :2] + rotate_2d(feet, root[..., 2])  # where they are in the root frame of the last frame
         held = ramp(contacts, *ROOT_CARRIED)
-        moved = now - (now if self.feet is None else self.feet)
+        moved = now - before_or_now(self.feet, now)
         weight = held * (held.max(axis=-1) / np.maximum(held.sum(axis=-1), 1e-9))[..., None]
         self.feet = feet
         # numpy's types leave the axis out

@@ -175,10 +175,10 @@ class Trajectory:
         wanted = np.asarray(speed)[..., None] * asked * self._slowing(asked)
         self._moving[..., 2, :] = np.where(grounded[..., None], wanted, self._moving[..., 2, :])
         going = self._moving[..., 2, :].any(axis=-1).astype(int)
-        step = _STEP_MOVE[going] @ self._moving
+        step = np.take(_STEP_MOVE, going, axis=0) @ self._moving
         self.simulated = self.simulated + step[..., 0, :]
         self._moving[..., :2, :] = step[..., 1:, :]
-        moves = _FUTURE_MOVES[going] @ self._moving
+        moves = np.take(_FUTURE_MOVES, going, axis=0) @ self._moving
         self._turning[..., 2] = np.where(grounded, self._wanted_facing(command.heading), self._turning[..., 2])
         self._turning[..., :2] = self._turning @ _STEP_TURN.T
         turns = self._turning @ _FUTURE_TURNS.T

@@ -8,7 +8,7 @@ import numpy as np
 from sim.body.limb_ik import ARMS
 from sim.body.skeleton import PARENTS
 from sim.math import rotations as rot
-from sim.math.vectors import limit_length
+from sim.math.vectors import NOT_YET, before_or_now, limit_length
 from sim.motion.clip import FPS
 
 HANDS = ARMS[-1]
@@ -21,17 +21,18 @@ class WristLimiter:
     """Keeps hands from turning faster against their forearms than hands do. Any leading axes, of a crowd."""
 
     def __init__(self) -> None:
-        self.turned: np.ndarray | None = None  # (..., 2, 4), of the hands against their forearms in the last frame
+        self.turned = NOT_YET  # (..., 2, 4), of the hands against their forearms in the last frame
 
     def step(self, rotations: np.ndarray) -> np.ndarray:
         """Rotations (..., 21, 4), with hands that follow at FASTEST where they would flip."""
         forearms = rotations[..., PARENTS[HANDS], :]
         wanted = rot.multiply(rot.inverse(forearms), rotations[..., HANDS, :])
-        if self.turned is None or (np.abs(np.vecdot(wanted, self.turned)) >= _LIKEST).all():
+        before = before_or_now(self.turned, wanted)
+        if (np.abs(np.vecdot(wanted, before)) >= _LIKEST).all():
             self.turned = wanted
             return rotations
-        step = rot.to_rotation_vector(rot.multiply(wanted, rot.inverse(self.turned)))
-        self.turned = rot.multiply(rot.from_rotation_vector(limit_length(step, _LONGEST)), self.turned)
+        step = rot.to_rotation_vector(rot.multiply(wanted, rot.inverse(before)))
+        self.turned = rot.multiply(rot.from_rotation_vector(limit_length(step, _LONGEST)), before)
         result = rotations.copy()
         result[..., HANDS, :] = rot.multiply(forearms, self.turned)
         return result

@@ -12,7 +12,7 @@ from sim.ground.ground import Ground, sole_heights
 from sim.math import rotations as rot
 from sim.math.easing import smooth_step
 from sim.math.springs import decay, spring_step
-from sim.math.vectors import FLOOR, UP, limit_length
+from sim.math.vectors import FLOOR, NOT_YET, UP, before_or_now, limit_length
 from sim.motion.clip import FPS
 from sim.motion.thresholds import FOOT_FLAT, FOOT_LOCKED, STANDING_FEET, SWINGING_FOOT
 
@@ -63,9 +63,9 @@ class FootLock:
         """ground: None for level floor."""
         self.ground = ground
         # (..., 2, 2, 3): left and right, ankle and toe, as they came in the last frame
-        self.joints: np.ndarray | None = None
+        self.joints = NOT_YET
         # (..., 2, 2): the ground under a foot's sole, ankle and toe; a planted foot keeps what it landed on
-        self.soles: np.ndarray | None = None
+        self.soles = NOT_YET
         self.slip = _HeldBack(LONGEST_CORRECTION)  # the horizontal correction of each foot
         self.height, self.height_rate = np.zeros(2), np.zeros(2)  # the vertical one
         self.rise = self.rise_rate = np.zeros(())  # of the whole body
@@ -113,17 +113,17 @@ class FootLock:
         """The soles (..., 2, 2) that count on ground so high (..., 2, 2): of a foot that has landed, by its contacts
         (..., 2, 2), those that it landed on, since on the edge of a step a hair's breadth decides."""
         soles = sole_heights(under)
-        if self.ground is not None and self.soles is not None:
+        if self.ground is not None:
             landed = smooth_step(contacts.max(axis=-1), *FOOT_LOCKED)[..., None]
-            soles = soles + landed * (np.maximum(self.soles, under) - soles)
+            soles = soles + landed * (np.maximum(before_or_now(self.soles, soles), under) - soles)
         self.soles = soles
         return soles
 
     def _edge_ahead(self, feet: np.ndarray, soles: np.ndarray) -> np.ndarray:
         """How much higher (..., 2) than its soles (..., 2, 2) the ground is that a foot is about to pass over."""
-        if self.ground is None or self.joints is None:
+        if self.ground is None:
             return np.zeros(soles.shape[:-1])
-        velocity = (feet - self.joints) * FPS
+        velocity = (feet - before_or_now(self.joints, feet)) * FPS
         path = feet[..., None, :] + velocity[..., None, :] * FORESIGHT[:, None]
         edge = (self.ground.height_at(path[..., ::2]).max(axis=-1) - soles).max(axis=-1)
         return np.minimum(np.maximum(edge, 0.0), HIGHEST_EDGE)
@@ -154,7 +154,7 @@ class FootLock:
         """What to add to each foot (..., 2, 3), for ankles and toes (..., 2, 2, 3), the ground under them (..., 2, 2)
         and how much higher its next edge is (..., 2), their contacts (..., 2, 2), the neutral feet's height (..., 2)
         over the ground and how far the legs are styled (..., 2)."""
-        moved = feet - (feet if self.joints is None else self.joints)
+        moved = feet - before_or_now(self.joints, feet)
         self.joints = feet
         on_ankle = contacts[..., :1] >= contacts[..., 1:]  # which joint carries the weight: ankle or toe
         planted = smooth_step(contacts.max(axis=-1), *FOOT_LOCKED)
@@ -200,7 +200,7 @@ class StrideScale:
     def __init__(self) -> None:
         self.carry = np.ones(())  # (...) of the styled legs
         self.scale = np.ones(())  # (...) of the strides that are made
-        self._before: np.ndarray | None = None  # (..., 3) the root's place in the last frame
+        self._before = NOT_YET  # (..., 3) the root's place in the last frame
         self._velocity = np.zeros(3)  # (..., 3) of the root in the character's frame
         # (2, ..., 2 feet): styled and neutral, where they are on the average along the way
         self._mean = np.zeros(())
@@ -210,7 +210,7 @@ class StrideScale:
         """What to add to each foot (..., 2, 3). carried: (...) how far the styled legs carry the body, 0 not at all;
         pace: (...) whether they set the pace."""
         root = neutral.root_position
-        moved = (root - (root if self._before is None else self._before)) * FLOOR
+        moved = (root - before_or_now(self._before, root)) * FLOOR
         moved = neutral.to_character(moved[..., None, :])[..., 0, :]
         self._before = root
         self._velocity = self._velocity + (moved / DT - self._velocity) * (1 - decay(WAY_HALFLIFE, DT))
@@ -254,7 +254,7 @@ class _Attitude:
     out. Its heel rises as it comes: who holds it down pulls a leg that is straight."""
 
     def __init__(self) -> None:
-        self.foot: np.ndarray | None = None  # (..., 2, 3), from ankle to toe, as it came in the last frame
+        self.foot = NOT_YET  # (..., 2, 3), from ankle to toe, as it came in the last frame
         self.turned = _HeldBack(LONGEST_TURN)  # what the toe of each foot is held back
         self.tilt, self.tilt_rate = np.zeros(2), np.zeros(2)  # metres that each toe is raised to lie on the ground
 
@@ -262,7 +262,7 @@ class _Attitude:
         """Ankles and toes (..., 2, 2, 3) with the toes put back, and the turn of each foot (..., 2, 4) that does it;
         soles: the uneven ground (..., 2, 2) under them, which a flat foot is tilted to."""
         foot = feet[..., 1, :] - feet[..., 0, :]
-        against = ((foot if self.foot is None else self.foot) - foot) * FLOOR
+        against = (before_or_now(self.foot, foot) - foot) * FLOOR
         self.foot = foot
         held = self.turned.step(against, smooth_step(contacts.min(axis=-1), *FOOT_FLAT))
         if soles is not None:
@@ -293,11 +293,13 @@ class _SettlingStep:
         self.left = np.maximum(self.left - DT, 0.0)
         out = rot.length(slip)[..., 0]
         farthest = out.max(axis=-1)
-        due = (self.standing > STANDING_SECONDS) & (farthest > OUT_OF_PLACE) & ~self.left.any(axis=-1)
+        # half a frame aside, so that rounding does not decide in which frame a time is over
+        landed = self.left < DT / 2
+        due = (self.standing > STANDING_SECONDS + DT / 2) & (farthest > OUT_OF_PLACE) & landed.all(axis=-1)
         if due.any():
             self.left = np.where(due[..., None] & (out == farthest[..., None]), SETTLING_SECONDS, self.left)
         raised = SETTLING_HEIGHT * np.sin(np.pi * self.left / SETTLING_SECONDS)
-        return contacts * (self.left == 0)[..., None], raised
+        return contacts * (self.left < DT / 2)[..., None], raised
 
 
 def _by_foot(values: np.ndarray, size: int | None = None) -> np.ndarray:

@@ -40,7 +40,7 @@ class Ground:
 
     def smooth_height_at(self, places: np.ndarray) -> np.ndarray:
         """The same of the ground blurred by BLUR, which a body that walks over it follows."""
-        return self._sample(self._blurred, places)
+        return self._sample(self.blurred, places)
 
     def slope_at(self, places: np.ndarray) -> np.ndarray:
         """How many metres the blurred ground rises in a metre of x and of z: (..., 2) at places (..., 2)."""
@@ -54,7 +54,8 @@ class Ground:
         return replace(self, heights=self.heights + np.float32(height))
 
     @cached_property
-    def _blurred(self) -> np.ndarray:
+    def blurred(self) -> np.ndarray:
+        """The heights blurred by BLUR."""
         from scipy.ndimage import gaussian_filter  # a flat ground, the usual one, has no use for it
 
         mode = "wrap" if self.tiled else "nearest"

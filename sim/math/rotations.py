@@ -128,13 +128,10 @@ def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     result = np.empty((*axis.shape[:-1], 4))
     result[..., 0] = 1.0 + np.vecdot(a, b)
     result[..., 1:] = axis
-    opposite = result[..., 0] < 1e-8
+    opposite = result[..., :1] < 1e-8
     if opposite.any():
-        away = np.broadcast_to(a, axis.shape)[opposite]
-        result[opposite, 0] = 0.0
-        result[opposite, 1:] = cross(
-            away, np.where(np.abs(away[..., :1]) < 0.9, np.array([1.0, 0, 0]), np.array([0, 1.0, 0]))
-        )
+        square = cross(a, np.where(np.abs(a[..., :1]) < 0.9, np.array([1.0, 0, 0]), np.array([0, 1.0, 0])))
+        result = np.where(opposite, np.concatenate([np.zeros_like(square[..., :1]), square], axis=-1), result)
     return normalize(result)
 
 

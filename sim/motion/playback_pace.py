@@ -42,6 +42,6 @@ class PaceFollower:
         wanted[..., 0], wanted[..., 1] = speed, rate
         self.pace, self.change = spring_step(self.pace, self.change, wanted, HALFLIFE, 1 / FPS)
         # exactly there: a replay without styles is the controller's to the last bit
-        if np.abs(self.pace - wanted).max() < 1e-6:
-            self.pace, self.change = wanted + 0.0, 0.0 * self.change
+        there = np.abs(self.pace - wanted).max(axis=-1, keepdims=True) < 1e-6
+        self.pace, self.change = np.where(there, wanted, self.pace), np.where(there, 0.0, self.change)
         return self.pace[..., 0], self.pace[..., 1]

@@ -15,7 +15,7 @@ from sim.motion.features import LAYOUT, rotations_of
 HIPS_ROW = JOINT_COUNT
 PART_OF_ROW = np.append(PART_OF_JOINT, PART_OF_JOINT[INDEX["Hips"]])
 LIMB_REACH = 0.999  # share of an arm's length that is used
-NEGLIGIBLE = 1e-9  # metres, or a share, that no hand is moved for
+NEGLIGIBLE = 1e-5  # metres, or a share, that no hand is moved for: rounding is none
 SHOULDERS = np.array([INDEX["LeftShoulder"], INDEX["RightShoulder"]])  # their place is the spine's doing alone
 ARM_PARTS = PART_OF_JOINT[SHOULDERS]
 LEG_PARTS = np.array([PART_NAMES.index(part) for part in ("left_leg", "right_leg")])

@@ -15,7 +15,7 @@ from stylizer.styles.own_style import OWN
 STRENGTH_HALFLIFE = 0.07  # seconds; a strength has then glided to its new value in about 0.2 s
 NEGLIGIBLE = 1e-3  # a strength this small, on its way out, is 0; a share this near to the wanted one is there
 ARRIVED = 1e-12  # a value as near as this to the wanted one, that changes as little, is there
-SAME_VELOCITY = 0.01  # metres a second, radians a second: styles are not interpolated anew for less
+SAME_VELOCITY = 0.01  # metres a second, radians a second: where styles wait, they are not interpolated anew for less
 BODY, NEUTRAL = 0, 1  # whose root velocity
 DT = 1 / FPS
 
@@ -99,7 +99,8 @@ class StyleMixer:
     def move(self, body: np.ndarray, neutral: np.ndarray) -> None:
         """From now on styles are those of a body that moves at a root velocity (3,), the own style that of a neutral
         motion that moves at another (3,)."""
-        if np.abs(np.array([body, neutral]) - self.root_velocities).max() > SAME_VELOCITY:
+        same = SAME_VELOCITY if self.period > 1 else 0.0
+        if np.abs(np.array([body, neutral]) - self.root_velocities).max() > same:
             self.root_velocities = np.array([body, neutral])
             self._kept.clear()
 
