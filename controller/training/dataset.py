@@ -56,7 +56,7 @@ MINIMUM_SECONDS = 0.7
 # is leisurely and captured running all but a sprint, while the stick asks for every speed in between.
 PACES = {
     "forward walk": ((1.0, 1.0), (1.3, 1.0)),
-    "strafing and backing": ((1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
+    "strafing and backing": ((0.75, 1.0), (1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
     "run": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0)),
     "loop": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0), (1.1, 1.15)),
     "stand": ((1.0, 1.0),),
