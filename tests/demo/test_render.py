@@ -129,6 +129,46 @@ def test_camera_follows_eases_and_keeps_its_limits():
     assert camera.yaw == pytest.approx(np.pi + 1.6)
 
 
+def test_camera_puts_the_figure_into_its_room_and_glides_to_another():
+    camera = Camera(yaw=0.7)
+    camera.make_room(0.5, 0.2, 0.5, 0.6, 0.8)
+    np.testing.assert_allclose(project(camera, camera.target)[:2], [0.5, 0.0], atol=1e-9)
+    foot, head = (project(camera, camera.target + [0, height, 0])[1] for height in (-0.9, 0.9))
+    assert -0.6 < foot < head < 0.6, "within the room's height"
+    camera.make_room(0.0, 0.0, 0.5, 1.0, 0.8)
+    places = []
+    for _ in range(60):
+        camera.follow(np.zeros(3), 1 / 60)
+        places.append(project(camera, camera.target)[0])
+    assert 0.3 < places[0] < 0.5 and np.all(np.diff(places) < 0) and places[-1] == pytest.approx(-0.5, abs=0.02)
+    camera.make_room(0.0, 0.0, 1.0, 1.0, 0.8)
+    camera.jump(np.zeros(3))
+    assert project(camera, camera.target)[0] == pytest.approx(0, abs=1e-9), "at once"
+
+
+def test_whoever_runs_stays_in_the_middle():
+    camera = Camera()
+    for number in range(120):
+        place = np.array([4.0 * number / 60, 0.0, 0.0])
+        camera.follow(place, 1 / 60)
+    np.testing.assert_allclose(camera.target[[0, 2]], place[[0, 2]], atol=0.1)
+    camera.jump(np.zeros(3))
+    camera.follow(np.zeros(3), 1 / 60)
+    np.testing.assert_allclose(camera.target[[0, 2]], 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("room", [(0, 0, 1, 1), (0.4, 0.1, 0.5, 0.6)])
+def test_the_sky_begins_where_the_ground_ends(room):
+    camera = Camera(yaw=0.3, pitch=0.1)
+    camera.make_room(*room, 0.8)
+    far = camera.eye * [1, 0, 1] + renderer.GROUND_SEEN * np.array([np.sin(camera.yaw), 0, np.cos(camera.yaw)])
+    horizon, (middle, growth) = renderer._sky(camera, (1600, 900))
+    assert horizon == pytest.approx(project(camera, far)[1], abs=1e-6)
+    for y, sine in ((0.0, middle), (1.0, middle + growth)):
+        up = np.array([0, sine, 0]) + np.sqrt(1 - sine**2) * np.array([np.sin(camera.yaw), 0, np.cos(camera.yaw)])
+        assert project(camera, camera.eye + 10 * up)[1] == pytest.approx(y, abs=1e-6)
+
+
 def test_camera_goes_up_and_down_with_the_ground_but_not_with_a_jump():
     frame = frame_of(60, ground=RAMP)
     view = view_of(frame, ground=RAMP)
