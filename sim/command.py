@@ -12,6 +12,17 @@ FULL_STICK = 1.001  # the longest stick: rounding may make a full one longer tha
 GAIT_SPEEDS = {"walk": 1.3, "run": 3.5, "crouch": 1.0}  # metres a second at full stick
 
 
+def check_pair(name: str, value: object) -> None:
+    """Raises ValueError for what is not two finite numbers."""
+    try:
+        x, z = value  # type: ignore[misc]
+        if math.isfinite(x) and math.isfinite(z):
+            return
+    except (TypeError, ValueError):
+        pass
+    raise ValueError(f"{name} is {abbreviate(value)}, but must be two numbers (x, z)")
+
+
 def check_length(move: Sequence[float]) -> None:
     """Raises ValueError for a stick (x, z) that is longer than a full one."""
     if math.hypot(*move) > FULL_STICK:
@@ -57,9 +68,9 @@ class Command:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        for name, value in (("move", self.move), ("face", self.face)):
-            if value is not None and not (len(value) == 2 and math.isfinite(value[0]) and math.isfinite(value[1])):
-                raise ValueError(f"{name} is {abbreviate(value)}, but must be two numbers (x, z)")
+        check_pair("move", self.move)
+        if self.face is not None:
+            check_pair("face", self.face)
         check_length(self.move)
         check_gait(self.gait)
         for name, switch in (("pace", self.pace), ("jump", self.jump)):
@@ -90,9 +101,16 @@ class Command:
 
 @dataclass(frozen=True)
 class Commands:
-    """What is asked of each of a crowd in one frame: as of one, with the characters as leading axis."""
+    """What is asked of each of a crowd in one frame: as of one, with the characters as leading axis. Raises ValueError
+    for what is no list of commands."""
 
     each: Sequence[Command]
+
+    def __post_init__(self) -> None:
+        if not (
+            isinstance(self.each, Sequence) and self.each and all(isinstance(each, Command) for each in self.each)
+        ):
+            raise ValueError(f"a crowd is given {abbreviate(self.each)}, but needs a list of Command, one for each")
 
     @property
     def desired_velocity(self) -> np.ndarray:

@@ -55,6 +55,7 @@ class Session(Generic[S]):
         self.controller = controller
         self.stylizer = stylizer
         self.latency = latency or Latency()
+        self.characters = 0  # of a crowd; 0 for one who is stepped alone
         self.healed = 0  # frames that were not finite, of which the neutral pose is shown
         self.ground = _checked(ground)
         controller.stand_on(ground)
@@ -93,11 +94,24 @@ class Session(Generic[S]):
         Each moves as it would alone, up to rounding, for a fraction of what it would cost: the networks are asked for
         many at once. Of a stylizer that is not evaluated in every frame (`--stylizer slim`, unpaired, diverse, latent)
         some are evaluated in this frame and some in the next, and a restyled limb differs by a few centimetres while
-        the character changes its speed."""
-        return Session(self.controller.crowd(count), self.stylizer.crowd(count), ground=self.ground)
+        the character changes its speed.
+        Raises ValueError for less than one, and where this is a crowd already."""
+        if self.characters:
+            raise ValueError("this is a crowd already: make another from the session of one character")
+        if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
+            raise ValueError(f"a crowd of {count!r:.40}: give a whole number from 1 on")
+        crowd: Session[Stylizer] = Session(
+            self.controller.crowd(count), self.stylizer.crowd(count), ground=self.ground
+        )
+        crowd.characters = int(count)
+        return crowd
 
     def step(self, command: Command | Commands) -> Frame:
-        """command -> controller -> ring buffer -> stylizer -> foot lock -> frame."""
+        """command -> controller -> ring buffer -> stylizer -> foot lock -> frame.
+
+        Raises ValueError for a style that the stylizer does not hold, and where a crowd is not given one command for
+        each."""
+        self._check_count(command)
         stage = self.latency.stage
         with stage("frame"):
             with stage("controller"):
@@ -114,6 +128,15 @@ class Session(Generic[S]):
             if not styled.is_finite():
                 styled = self._heal(neutral)
         return Frame(command, neutral, styled)
+
+    def _check_count(self, command: Command | Commands) -> None:
+        given = len(command.each) if isinstance(command, Commands) else 0
+        if given != self.characters:
+            wanted = f"Commands of {self.characters}" if self.characters else "a Command"
+            raise ValueError(
+                f"a session of {self.characters or 'one'} takes {wanted}, but was given "
+                + (f"Commands of {given}" if given else "a Command")
+            )
 
     def _heal(self, neutral: Pose) -> Pose:
         """In place of a styled pose that is not finite: the neutral one, with styling begun anew.

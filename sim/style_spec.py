@@ -45,6 +45,8 @@ class StyleSpec(Mapping[str, PartSpec]):
         counts.
 
         Raises ValueError, in one sentence, for an unknown part and for what is no style, strength or share."""
+        if not isinstance(parts, Mapping | None):
+            raise ValueError(f'style is {abbreviate(parts)}, but must look like {{"left_arm": ("old", 1.0)}}')
         found: dict[str, PartSpec] = {}
         for target, wanted in (parts or {}).items():
             spec = PartSpec(wanted) if isinstance(wanted, str) else _read_part(target, wanted)

@@ -10,7 +10,7 @@ from typing import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from sim.body.skeleton import BONE_OFFSETS, PARENTS
+from sim.body.skeleton import BONE_OFFSETS, JOINTS, PARENTS
 from sim.io.atomic_write import atomic_write
 from sim.io.checks import check_finite
 from sim.math import rotations as rot
@@ -18,7 +18,12 @@ from sim.motion.clip import FPS
 from sim.session import Frame
 
 CHUNK = 600  # frames that are kept in memory before they are written
-CONSTANTS = {"fps": np.array(FPS), "bone_offsets": BONE_OFFSETS, "parents": PARENTS}
+CONSTANTS = {
+    "fps": np.array(FPS),
+    "bone_offsets": BONE_OFFSETS,
+    "parents": PARENTS,
+    "joint_names": np.array(JOINTS),
+}
 Rows = Callable[[Sequence[Frame]], dict[str, np.ndarray]]
 TURNS = ("neutral_rotations", "rotations")  # quaternions, whose signs run on
 

@@ -13,6 +13,7 @@ from sim.motion.clip import FPS
 from sim.style_spec import StyleSpec, abbreviate, is_number
 
 HEADER = {"format": "patchwalk-recording", "version": 1, "fps": FPS}
+KNOWN = (*HEADER, "stylizer", "pace", "ground", "seed")  # what a header may say
 MAX_FRAMES = 24 * 3600 * FPS  # a frame number beyond a day is a mistake, not a recording
 MAX_SEED = 2**31
 # by which a recorded full stick may be too long: it is left as it is, for the same pose to the last bit
@@ -129,6 +130,12 @@ def read(path: str | Path) -> Recording:
     frame, ended, number = -1, False, 1
     try:
         header = _header_of(lines[0] if lines else tail)
+        if unknown := [name for name in header if name not in KNOWN]:
+            near = get_close_matches(unknown[0], KNOWN, 1)
+            hint = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(KNOWN)}"
+            warnings.warn(
+                f"{path}, line 1: {', '.join(map(abbreviate, unknown))} counts for nothing: {hint}", stacklevel=2
+            )
         command = Command(pace=_read_pace(header.get("pace", False)))
         changes = {0: command}
         for number, line in enumerate(lines[1:], 2):  # noqa: B007 - the error message below needs it

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sim.command import Command
+from sim.command import Command, Commands
 
 
 @pytest.mark.parametrize(
@@ -13,6 +13,11 @@ from sim.command import Command
     [
         ({"move": (0.0, 9.0)}, "longer than 1, the full stick"),
         ({"move": (math.nan, 1.0)}, "move is .* must be two numbers"),
+        ({"move": None}, "move is null, but must be two numbers"),
+        ({"move": 5}, "move is 5, but must be two numbers"),
+        ({"move": "up"}, 'move is "up", but must be two numbers'),
+        ({"face": 1.0}, "face is 1.0, but must be two numbers"),
+        ({"style": "old"}, 'style is "old", but must look like'),
         ({"face": (math.inf, 1.0)}, "face is .* must be two numbers"),
         ({"move": (0.0, 0.0, 1.0)}, "must be two numbers"),
         ({"gait": "fly"}, 'gait is "fly", but must be one of walk, run'),
@@ -37,3 +42,9 @@ def test_groups_stand_for_their_parts_and_numbers_of_numpy_are_numbers():
 def test_what_is_true_or_false_is_checked(name):
     with pytest.raises(ValueError, match=f'{name} is "yes", but must be True or False'):
         Command(**{name: "yes"})
+
+
+@pytest.mark.parametrize("wrong", [[], 3, None, [None], Command()])
+def test_a_crowd_is_asked_by_a_list_of_commands(wrong):
+    with pytest.raises(ValueError, match="a crowd is given .* needs a list of Command"):
+        Commands(wrong)

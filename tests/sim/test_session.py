@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sim.command import Command
+from sim.command import Command, Commands
 from sim.session import Session
 from tests.conftest import FakeController, FakeStylizer
 
@@ -40,3 +40,25 @@ def test_a_controller_that_is_not_finite_is_put_back_at_the_start():
     with pytest.raises(ValueError, match="controller's motion is not finite"):
         session.step(Command((0, 1)))
     assert session.step(Command((0, 1))).styled.is_finite()
+
+
+@pytest.mark.parametrize("count", [0, -1, 2.5, True, None])
+def test_a_crowd_is_a_whole_number_from_one_on(count):
+    with pytest.raises(ValueError, match="give a whole number from 1 on"):
+        Session(FakeController(), FakeStylizer()).crowd(count)
+
+
+def test_a_crowd_makes_no_crowd():
+    with pytest.raises(ValueError, match="this is a crowd already"):
+        Session(FakeController(), FakeStylizer()).crowd(2).crowd(2)
+
+
+def test_each_of_a_crowd_is_asked_and_nobody_else():
+    session = Session(FakeController(), FakeStylizer())
+    crowd = session.crowd(2)
+    assert crowd.step(Commands([Command()] * 2)).styled.positions.shape == (2, 21, 3)
+    for wrong in (Command(), Commands([Command()]), Commands([Command()] * 3)):
+        with pytest.raises(ValueError, match="a session of 2 takes Commands of 2, but was given"):
+            crowd.step(wrong)
+    with pytest.raises(ValueError, match="a session of one takes a Command, but was given Commands of 2"):
+        session.step(Commands([Command()] * 2))

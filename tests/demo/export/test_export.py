@@ -55,7 +55,9 @@ def test_poses(result, tmp_path):
         "desired_velocity": (frames, 2),
         "bone_offsets": (21, 3),
         "parents": (21,),
+        "joint_names": (21,),
     }
+    assert poses["joint_names"][[0, 4, 12]].tolist() == ["Hips", "LeftToe", "Head"]
     bones = poses["positions"][:, 1:] - poses["positions"][:, poses["parents"][1:]]
     assert np.abs(np.linalg.norm(bones, axis=-1) - np.linalg.norm(poses["bone_offsets"][1:], axis=-1)).max() < 1e-4
     rebuilt = forward_kinematics(poses["positions"][:, 0], to_global(poses["rotations"]))

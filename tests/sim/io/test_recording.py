@@ -152,6 +152,14 @@ def test_a_blend_of_two_styles(write):
     assert recording.styles == ("old", "proud")
 
 
+def test_what_a_header_says_that_is_not_known_is_named_once(write):
+    with pytest.warns(UserWarning) as caught:
+        recording = read(write(EXAMPLE.replace('"version": 1', '"version": 1, "grond": "hills", "mood": 1')))
+    (warning,) = caught
+    assert "line 1: \"grond\", \"mood\" counts for nothing: did you mean 'ground'?" in str(warning.message)
+    assert recording.ground is None
+
+
 def test_a_jump_is_pressed_in_one_frame(tmp_path, write):
     pressed = [Command(FORWARD), Command(FORWARD, jump=True), Command(FORWARD, jump=True), Command(FORWARD), Command()]
     with Recorder(tmp_path / "r.jsonl") as recorder:
