@@ -29,6 +29,7 @@ COMMANDS = {
     "doctor": doctor,
 }
 PERMISSIVE_OPTION = "--permissive"
+OF_STYLES = ("replay", "stylize", "styles list", "styles add", "evaluate stylizer", "evaluate live", "doctor")
 OUR_ERROR, USER_ERROR, INTERRUPTED, BROKEN_PIPE = 1, 2, 130, 141
 LONGEST_LINE = 1000  # letters of a message
 WARNINGS_SHOWN = 3  # of a kind
@@ -73,17 +74,31 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, help="print the version")
     parser.set_defaults(run=live.run)
     _add_permissive(parser)
+    parser.set_defaults(prog=parser.prog)
     before = {action.dest for action in parser._actions if action.default is None}
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND")
     for name, module in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=module.HELP, **_texts(module))
         module.add_arguments(subparser)
-        _add_permissive(subparser)
         subparser.set_defaults(run=module.run)
-        for action in subparser._actions:  # an option that stands before the command counts for it too
-            if action.dest in before and action.default is None:
-                action.default = argparse.SUPPRESS
+        for leaf in _leaves(subparser):
+            leaf.set_defaults(prog=leaf.prog)
+            if leaf.prog.removeprefix(f"{parser.prog} ") in OF_STYLES:
+                _add_permissive(leaf)
+            for action in leaf._actions:  # an option that stands before the command counts for it too
+                if action.dest in before and action.default is None:
+                    action.default = argparse.SUPPRESS
     return parser
+
+
+def _leaves(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
+    """A command's parser, or where it takes a second word, such as `styles list`, one for each of those."""
+    inner = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    if not inner:
+        yield parser
+    for action in inner:
+        for each in action.choices.values():
+            yield from _leaves(each)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -139,7 +154,9 @@ def _run(arguments: Sequence[str] | None) -> int:
         os.environ[PERMISSIVE] = "1"
         given = [argument for argument in given if argument != PERMISSIVE_OPTION]
     try:
-        args = build_parser().parse_args(given)
+        args, unknown = build_parser().parse_known_args(given)
+        if unknown:
+            raise ValueError(f"unrecognized arguments: {' '.join(unknown)}; see {args.prog} --help")
     except SystemExit as leaving:  # argparse has printed a --help
         return int(leaving.code or 0)
     return args.run(args)

@@ -8,8 +8,10 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Callable, Sequence, TypeVar
 
 import numpy as np
+from tqdm import tqdm
 
 from controller.model.gait_phase import label_gait
 from controller.model.io_layout import (
@@ -79,6 +81,7 @@ TERRAINS = (
 LEVEL = 0.05  # metres between highest and lowest under which the ground of a trajectory is level
 # How much more often than by rarity a frame of a jump is drawn, and how much more seldom one of uneven ground.
 JUMP_WEIGHT, UNEVEN_WEIGHT = 2.5, 0.5
+T = TypeVar("T")
 PLANTED_TOE = (-0.015, 0.06)  # metres: where a planted toe's mean height must lie, or the clip's feet cannot be trusted
 
 
@@ -197,14 +200,20 @@ def load_clips(folder: Path, workers: int = 2) -> tuple[list[Path], list[Clip]]:
     """The files of all neutral locomotion under a folder of BVH files, and their clips, all actors in one posture.
 
     Prints why a file is skipped."""
-    with ProcessPoolExecutor(workers) as pool:
-        loaded = list(pool.map(_load, neutral_files(folder), chunksize=4))
+    loaded = _in_processes("reading motion", workers, _load, neutral_files(folder))
     for reason in loaded:
         if isinstance(reason, str):
             print(f"skipped {reason}", file=sys.stderr)
     usable = [each for each in loaded if not isinstance(each, str)]
     clips, actors = [clip for _, clip, _ in usable], [actor for _, _, actor in usable]
     return [path for path, _, _ in usable], share_posture(clips, actors)
+
+
+def _in_processes(what: str, workers: int, work: Callable[..., T], *values: Sequence) -> list[T]:
+    """What `work` makes of each of the clips, in processes of their own, behind a bar that says how far it is."""
+    with ProcessPoolExecutor(workers) as pool:
+        done = pool.map(work, *values, chunksize=4)
+        return list(tqdm(done, what, len(values[0]), leave=False, unit="clip", disable=None))  # none but in a terminal
 
 
 def _load(path: Path) -> tuple[Path, Clip, tuple] | str:
@@ -295,8 +304,7 @@ def load_folder(folder: Path, workers: int = 2) -> Frames:
     paths, sources = load_clips(folder, workers)
     if not paths:
         raise ValueError(f"no usable BVH file under '{folder}': put walking, running and standing clips there")
-    with ProcessPoolExecutor(workers) as pool:
-        made = list(pool.map(_frames, paths, sources, chunksize=4))
+    made = _in_processes("preparing motion", workers, _frames, paths, sources)
     clips = [(path.stem, frames) for path, each in zip(paths, made) for frames in each]
     inputs, targets, phase = (np.concatenate(parts) for parts in zip(*(frames for _, frames in clips)))
     lengths = [len(frames[0]) for _, frames in clips]

@@ -7,64 +7,85 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable, Iterator, Mapping
 
+from demo.commands.replay import STYLIZER_HELP
+
 if TYPE_CHECKING:
     from controller.evaluation.figures import Figure
 
 HELP = "measure the quality of a model"
 EXAMPLE = """patchwalk evaluate controller --data mocap --json evaluation.json --plots evaluation
   patchwalk evaluate stylizer --data mocap --json transfer.json --plots insight
-  patchwalk evaluate stylizer --all --data mocap --json systems.json
-  patchwalk evaluate live --data mocap --json live.json --plots strips
-
-`live` measures what the session draws, every bundled style walking, running, backing, strafing, turning and standing,
+  patchwalk evaluate live --data mocap --json live.json --plots strips"""
+ABOUT = {  # what each model's help says
+    "controller": """Plays a fixed suite of commands and measures the motion, in about six minutes on one core; with
+--data beside held-out clips.""",
+    "stylizer": """Measures transfer from clip to clip, in about a quarter of an hour for the shipped weights, half of it where its
+judges have been trained before, longer with --weights for larger networks; it needs the labelled Bandai-Namco motion.""",
+    "live": """Measures what the session draws, every bundled style walking, running, backing, strafing, turning and standing,
 as the controller moves and after the foot lock, in about twelve minutes on one core; it needs Bandai-Namco's and SNU's
-motion in --data.
-`stylizer` measures transfer from clip to clip, in about a quarter of an hour for the shipped weights, half of it
-where its judges have been trained before, longer with --weights for larger networks; it needs the labelled
-Bandai-Namco motion."""
+motion in --data.""",
+}
+EXAMPLES = {
+    "controller": "patchwalk evaluate controller --data mocap --json evaluation.json --plots evaluation",
+    "stylizer": """patchwalk evaluate stylizer --data mocap --json transfer.json --plots insight
+  patchwalk evaluate stylizer --all --data mocap --json systems.json""",
+    "live": "patchwalk evaluate live --data mocap --json live.json --plots strips",
+}
+DATA = {
+    "controller": "a folder of BVH files: held-out clips to measure alike",
+    "stylizer": "a folder with Bandai-Namco's labelled motion; needed",
+    "live": "a folder with Bandai-Namco's and SNU's motion; needed",
+}
+PLOTS = {
+    "controller": "a folder to draw trajectory, speed, feet and strips of poses into",
+    "stylizer": "a folder to draw into: what attention looks at, blends, locality, every style on one walk",
+    "live": "a folder to draw strips of every style into: neutral, drawn, captured",
+}
 COLUMNS = "{:<36} {:>10} {:>10} {:>18}  {}"
 VERDICTS = {True: "ok", False: "short", None: "-"}
 ROW_COLUMNS = "{:<18} {:<8} {:>13} {:>13} {:>13} {:>13} {:>13} {:>13} {:>8}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", choices=tuple(MODELS), help="what to measure")
-    parser.add_argument(
-        "--data",
-        type=Path,
-        metavar="DIR",
-        help="a folder of BVH files: held-out clips to measure alike; for stylizer and live, labelled motion",
+    models = parser.add_subparsers(dest="model", required=True, metavar="|".join(MODELS))
+    each = {
+        name: models.add_parser(
+            name,
+            help=" ".join(ABOUT[name].partition(",")[0].split()).lower(),
+            description=ABOUT[name],
+            epilog=f"example:\n  {EXAMPLES[name]}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
+        for name in MODELS
+    }
+    for name, model in each.items():
+        model.add_argument("--data", type=Path, metavar="DIR", help=DATA[name])
+        model.add_argument("--json", type=Path, metavar="OUT.json", help="where to write the figures")
+        model.add_argument("--plots", type=Path, metavar="DIR", help=PLOTS[name])
+    each["stylizer"].add_argument(
+        "--all", action="store_true", help="every system whose weights are there in one table, with 95%% intervals"
     )
-    parser.add_argument("--json", type=Path, metavar="OUT.json", help="where to write the figures")
-    parser.add_argument(
-        "--plots",
-        type=Path,
-        metavar="DIR",
-        help="a folder to draw into: the controller's trajectory, speed and feet; what the stylizer does; for "
-        "live, strips of every style: neutral, drawn, captured",
-    )
-    parser.add_argument(
-        "--stylizer", metavar="NAME", help="live only: another stylizer than the one that is used unless named"
-    )
-    parser.add_argument(
-        "--movements",
-        nargs="+",
-        metavar="NAME",
-        help="live only: these movements alone, such as walk_1.3 run_3.0 back, instead of all",
-    )
-    parser.add_argument(
-        "--all",
-        action="store_true",
-        help="stylizer only: every system whose weights are there in one table, with 95%% intervals",
-    )
-    parser.add_argument(
+    each["stylizer"].add_argument(
         "--weights",
         type=Path,
         metavar="DIR",
-        help="live: a folder that `train stylizer` wrote weights and styles into, to measure instead of the shipped "
-        "ones; stylizer: a folder with more weights than the shipped ones, to put beside them: "
-        "joints_half_second, joints_no_attention, joints_whole_body_adain, paper_narrow, full, large, left_out; with "
-        "--all full, large, unpaired, diverse, latent, latent_vae, latent_unlabelled (.safetensors)",
+        help="a folder with more weights than the shipped ones, to put beside them: joints_half_second, "
+        "joints_no_attention, joints_whole_body_adain, paper_narrow, full, large, left_out; with --all full, large, "
+        "unpaired, diverse, latent, latent_vae, latent_unlabelled (.safetensors)",
+    )
+    each["live"].add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
+    each["live"].add_argument(
+        "--weights",
+        type=Path,
+        metavar="DIR",
+        help="a folder that `train stylizer` wrote weights and styles into, to measure instead of the shipped ones",
+    )
+    each["live"].add_argument(
+        "--movements",
+        nargs="+",
+        metavar="NAME",
+        help="these movements alone, such as walk_1.3 run_3.0 back, instead of all",
     )
 
 
@@ -224,18 +245,13 @@ def _bounds(low: float | None, high: float | None) -> str:
 
 def _check(args: argparse.Namespace) -> None:
     """Raises ValueError or OSError for what could only fail after minutes of work."""
-    if args.all and args.model != "stylizer":
-        raise ValueError("--all compares stylizers: leave it out for the others")
-    if args.stylizer and args.model != "live":
-        raise ValueError("--stylizer chooses whose live motion is measured: leave it out for other models")
-    if args.movements and args.model != "live":
-        raise ValueError("--movements chooses what is measured live: leave it out for other models")
-    if args.all and args.plots:
+    weights = getattr(args, "weights", None)
+    if getattr(args, "all", False) and args.plots:
         raise ValueError("--all draws no pictures: leave --plots out")
     if args.data and not args.data.is_dir():
         raise ValueError(f"there is no folder {args.data}; name one that holds BVH files with --data")
-    if args.weights and not args.weights.is_dir():
-        raise ValueError(f"there is no folder {args.weights}; name one that holds stylizer weights with --weights")
+    if weights and not weights.is_dir():
+        raise ValueError(f"there is no folder {weights}; name one that holds stylizer weights with --weights")
     if args.plots and args.plots.exists() and not args.plots.is_dir():
         raise ValueError(f"cannot draw into {args.plots}: it is not a folder")
     if args.json:

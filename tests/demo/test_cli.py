@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import warnings
@@ -21,6 +22,7 @@ from sim.io.provenance import NONCOMMERCIAL
 from sim.style_spec import PartSpec
 from stylizer.styles.bundled_styles import CLIPS, licence_of
 from stylizer.systems.motion_puzzle.config import CONFIGS
+from stylizer.systems.registry import all_networks
 from tests.conftest import fake_session
 
 ROOT = Path(__file__).parents[2]
@@ -80,7 +82,7 @@ MISTAKES = {
     "stylize words.txt --style arms=old -o out.bvh": "words.txt is not a whole BVH file",
     "stylize words.txt --style arms=old --map words.txt -o out.bvh": "words.txt is not a JSON file",
     "evaluate stylizer": "name a folder that holds Bandai-Namco's with --data",
-    "evaluate stylizer --movements back": "leave it out for other models",
+    "evaluate stylizer --movements back": "unrecognized arguments: --movements back; see patchwalk evaluate stylizer --help",
     "evaluate live --data clips --movements hop": "there is no movement 'hop': use some of walk_0.65",
     "evaluate stylizer --data clips": "clips holds no labelled motion",
     "evaluate stylizer --data clips --weights nowhere": "there is no folder nowhere",
@@ -95,9 +97,11 @@ MISTAKES = {
     "train dancer": "invalid choice: 'dancer'",
     "train controller --data nowhere": "there is no folder nowhere",
     "train controller --data a_folder": "holds no BVH files",
+    "train controller": "name a folder of BVH files with --data",
     "train controller --minutes soon": "soon",
+    "train controller --data clips --network slim": "unrecognized arguments: --network slim",
     "train controller --data clips --start nowhere.safetensors": "there is no weight file nowhere.safetensors",
-    "train stylizer --data clips --start nowhere.safetensors": "only the controller starts from weights",
+    "train stylizer --data clips --start nowhere.safetensors": "unrecognized arguments: --start nowhere.safetensors",
     "train controller --data clips --resume --out a_folder": "a_folder holds no run to go on with",
     "train controller --data clips --out a_run": "a_run holds a run already",
 }
@@ -335,6 +339,27 @@ def test_interrupt_is_quiet(monkeypatch, capsys):
 def test_help_shows_an_example(command, capsys):
     assert cli.main([*command.split(), "--help"]) == 0
     assert "example:\n  patchwalk" in capsys.readouterr().out
+
+
+def test_the_help_of_training_names_every_network(capsys):
+    assert cli.main(["train", "stylizer", "--help"]) == 0
+    named = set(re.findall(r"\w+", capsys.readouterr().out))
+    assert named >= set(all_networks())
+
+
+def test_a_help_lists_what_applies_and_nothing_else(capsys):
+    for line, there, absent in (
+        ("train controller", ("--start", "--data"), ("--network", "--leave-out", "--permissive", "shared")),
+        ("train stylizer", ("--network", "--recipe"), ("--start", "--permissive")),
+        ("evaluate controller", ("--data", "--plots"), ("--all", "--movements", "--weights", "--permissive")),
+        ("evaluate stylizer", ("--all", "--weights", "--permissive"), ("--movements", "--stylizer")),
+        ("evaluate live", ("--movements", "--stylizer", "--permissive"), ("--all",)),
+        ("keys", ("--write",), ("--permissive",)),
+        ("styles list", ("--permissive",), ("--name",)),
+    ):
+        assert cli.main([*line.split(), "--help"]) == 0
+        words = re.findall(r"--[a-z-]+|[a-z]+", capsys.readouterr().out.replace("example:", "").partition("\nexample")[0])
+        assert {*there} <= {*words} and not {*absent} & {*words}, line
 
 
 def test_help_is_quick_and_its_reader_may_leave():
