@@ -3,7 +3,7 @@
 import argparse
 import json
 import sys
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Callable, Iterator, Mapping
 
@@ -176,11 +176,11 @@ def _bar(model: str, unit: str) -> Iterator[Callable[[int], Callable[[], object]
     unit."""
     from tqdm import tqdm
 
-    with tqdm(desc=f"evaluate {model}", unit=unit, leave=False, disable=not sys.stderr.isatty()) as bar:
+    with ExitStack() as bars:  # none before it is known how much there is to do: reading has a bar of its own
 
         def progress(total: int) -> Callable[[], object]:
-            bar.reset(total)
-            return bar.update
+            bar = tqdm(desc=f"evaluate {model}", total=total, unit=unit, leave=False, disable=not sys.stderr.isatty())
+            return bars.enter_context(bar).update
 
         yield progress
 
