@@ -3,7 +3,7 @@
 Gamepads are read by SDL's controller mapping, so names of buttons mean the same on all of them. They may come and go
 at any time; the one used last steers, and without one the keyboard does."""
 
-from typing import Iterable
+from typing import Iterable, Iterator
 
 import pygame
 from pygame._sdl2 import controller, sdl2
@@ -47,7 +47,7 @@ def gamepad_names() -> list[str]:
 
 
 class Devices:
-    """Needs an open window. `handle` takes the events of a frame, `command` gives what they ask for."""
+    """Needs an open window. `handle` takes the events of a turn, `command` gives what they ask for."""
 
     def __init__(self, table: Bindings = DEFAULT) -> None:
         self.mode = ""  # or one of MODES, whose keys and buttons go first
@@ -59,10 +59,15 @@ class Devices:
         }
         self._buttons = table.actions("pad")
         self._held: dict[int | str, str] = {}  # code of a key or name of a button that is down -> its action
+        self._tapped: set[str] = set()  # actions pressed in this turn, which count in it however soon they were let go
+        self._answered = False  # whether a command was given since the last turn's events
+        self._letters_come = False  # whether SDL reports letters beside the keys of this turn
+        self._opened_by_key = False  # whether the key before this event began the typing: its letter is none of it
         self._facing: float | None = None  # the yaw that the facing keys hold
         self.crouching = False  # until the toggle is pressed again
         self._jump = False  # pressed since the last command
         self._pads: dict[int, controller.Controller] = {}
+        self._pulled: dict[int, bool] = {}  # whether the left trigger is, by the events so far
         self._pad: controller.Controller | None = None
         controller.init()
         self._plug_new()
@@ -83,24 +88,32 @@ class Devices:
     def holds(self, action: str) -> bool:
         """Whether a key, a button, a trigger or the mouse holds an action."""
         trigger = next((name for name in TRIGGERS if self._buttons.get(name) == action), None)
-        return action in self._held.values() or action == self.pointer.held or bool(trigger and self._trigger(trigger))
+        pressed = action in self._held.values() or action in self._tapped or action == self.pointer.held
+        return pressed or bool(trigger and self._trigger(trigger))
 
-    def handle(self, events: Iterable[pygame.event.Event]) -> list[str]:
-        """The actions that a frame's events ask for, in order: names of demo.state.bindings, and those of
-        `_HANDLERS`."""
-        actions = []
+    def handle(self, events: Iterable[pygame.event.Event]) -> Iterator[str]:
+        """The actions that a turn's events ask for, in order: names of demo.state.bindings, and those of `_HANDLERS`.
+
+        Each is to be carried out before the next is asked for: it may change the mode that the next key is understood
+        in, and at three pictures a second a whole word is typed within a turn."""
+        if self._answered:
+            self._tapped.clear()
+            self._answered = False
+        self._letters_come = self.mode == "typing"  # SDL was told so in the turn before
         for event in events:
             if event.type in WAKING:
-                actions.append("wake")
-            handler = self._HANDLERS.get(event.type)
+                yield "wake"
+            before, handler = self.mode, self._HANDLERS.get(event.type)
             asked = handler(self, event) if handler else None
-            actions += [asked] if isinstance(asked, str) else asked or []
-        return actions
+            yield from [asked] if isinstance(asked, str) else asked or []
+            opened = event.type == pygame.KEYDOWN and before != self.mode == "typing"
+            self._opened_by_key = opened and self._letters_come
 
     def command(self, camera_yaw: float, facing: float, style: StyleSpec, seconds: float) -> Command:
         """What is asked for in a frame of `seconds`; a jump once for each press. camera_yaw: where the camera looks;
         facing: the character's own yaw."""
-        held = set(self._held.values())
+        held = {*self._held.values(), *self._tapped}
+        self._answered = True
         stick = steering.stick_of_keys(held)
         if stick == (0.0, 0.0):
             stick = self._stick("walk")
@@ -130,7 +143,8 @@ class Devices:
             return self._modes[self.mode][0][event.key]
         ctrl, shift = (KEY_PREFIXES[place] if event.mod & mask else "" for place, mask in enumerate(KEY_MASKS))
         if self.mode == "typing" and not ctrl:
-            return None
+            letter = "" if self._letters_come else getattr(event, "unicode", "")
+            return f"text:{letter}" if letter.isprintable() and letter else None
         # Shift alone is also how one runs: a key that means nothing with it means what it does without.
         return self._press(event.key, self._keys.get((ctrl + shift, event.key)) or self._keys.get((ctrl, event.key)))
 
@@ -138,9 +152,10 @@ class Devices:
         self._held.pop(event.key, None)
 
     def _text(self, event: pygame.event.Event) -> str | None:
-        return f"text:{event.text}" if self.mode == "typing" else None
+        return f"text:{event.text}" if self.mode == "typing" and not self._opened_by_key else None
 
     def _let_go(self, event: pygame.event.Event) -> None:
+        self._tapped.clear()
         self._held.clear()  # keys released while another window has the keyboard are never reported
         self.pointer.let_go()
 
@@ -150,13 +165,17 @@ class Devices:
         if self.mode and name in self._modes[self.mode][1]:
             return self._modes[self.mode][1][name]
         shifted = SHIFT_TRIGGER + name
-        plain = not self._trigger("lefttrigger") or shifted not in self._buttons
+        # as it was when the button was pressed: by now, which is the end of the turn, it may be let go
+        pulled = self._pulled.get(event.instance_id, self._trigger("lefttrigger"))
+        plain = not pulled or shifted not in self._buttons
         return self._press(name, self._buttons.get(name if plain else shifted))
 
     def _pad_button_up(self, event: pygame.event.Event) -> None:
         self._held.pop(_button_name(event.button), None)
 
     def _pad_axis(self, event: pygame.event.Event) -> str | None:
+        if event.axis == TRIGGERS["lefttrigger"]:
+            self._pulled[event.instance_id] = event.value / FULL_AXIS > TRIGGER_HELD
         if abs(event.value) < steering.DEAD_ZONE * FULL_AXIS:
             return None
         self._use(event)
@@ -166,6 +185,7 @@ class Devices:
         """Takes in the action of a key or button that goes down."""
         if action:
             self._held[control] = action
+            self._tapped.add(action)
         if action == "face_free":
             self._facing = None
         elif action == "crouch_toggle":
@@ -182,6 +202,7 @@ class Devices:
 
     def _pad_removed(self, event: pygame.event.Event) -> str | None:
         pad = self._pads.pop(event.instance_id, None)
+        self._pulled.pop(event.instance_id, None)
         self._plug_new()  # one that came in the same turn may have been announced under an index that is another's now
         if pad is None:
             return None

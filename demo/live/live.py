@@ -18,6 +18,7 @@ from demo.live import actions, capture, overlay
 from demo.live.debug_overlay import DebugOverlay
 from demo.live.drop_import import DropImport, describe_file
 from demo.live.labels import Labels
+from demo.live.load import Load
 from demo.render.camera import Camera
 from demo.render.inset import Inset
 from demo.render.renderer import Renderer
@@ -140,6 +141,7 @@ class Live:
         # the next command of the attract mode, None once somebody took over
         self.playing = self._attract[0] if self._attract else None
         self.renderer = Renderer(window.size)
+        self.load = Load(len(self.renderer.qualities) - 1)
         self.recorder: Recorder | None = None
         self.takes = export_jobs.ExportJobs()
         self.stylizers = Stylizers(session)
@@ -171,7 +173,7 @@ class Live:
             for paths in self.drop_import.take(events):
                 self.wake()
                 self.say(f"learning {describe_file(paths)}")
-            for action in self.devices.handle(events):
+            for action in self.devices.handle(events):  # one by one: each may change what the next key means
                 self.do(action)
             now = self.clock()
             if now < due_at:
@@ -183,7 +185,11 @@ class Live:
             self.missed += due - steps
             for _ in range(steps if last is None else min(steps, last - self.frames)):
                 self.step()
+            before = self.clock()
             self.draw()
+            now = self.clock()
+            if self.load.turn(now, due, steps, now - before):
+                self.renderer.simplify(self.load.level)
 
     def step(self) -> None:
         """One simulated frame."""

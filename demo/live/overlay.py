@@ -68,7 +68,7 @@ def _main_panels(live: "Live") -> Iterator[hud.Panel]:
     yield panels.status(
         live.session.stylizer.name,
         live.figures,
-        live.missed,
+        live.load.describe(live.session.latency.last_ms("frame") / 1000),
         live.grounds.name,
         live.devices.facing_held,
         live.devices.crouching,

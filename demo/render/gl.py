@@ -160,7 +160,8 @@ class Target:
             0,
             *size,
             GL.GL_COLOR_BUFFER_BIT,
-            GL.GL_NEAREST if size == (self.width, self.height) else GL.GL_LINEAR,
+            # a processor takes longer to smooth a small picture than to draw a large one
+            GL.GL_NEAREST if size == (self.width, self.height) or is_software() else GL.GL_LINEAR,
         )
         bind_framebuffer(framebuffer, size)
 

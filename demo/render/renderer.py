@@ -1,11 +1,14 @@
 """The renderer: one picture from one frame, drawn into the bound framebuffer; window, tests and video share it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from demo.figure import body, colours
 from demo.render import ground_decals
 from demo.render.camera import Camera
 from demo.render.ground_mesh import TO_LIGHT, tangent_plane
+from demo.render.quality import QUALITIES
 from demo.render.view import View
 from demo.ui import hud, layout
 from sim.body.pose import Pose
@@ -14,7 +17,6 @@ from sim.session import Frame
 
 SHADOW_MARGIN = 0.3  # metres of ground round the joints' shadows that the body's blurred one can reach
 HARDWARE_SAMPLES = 4
-SOFTWARE_PIXELS = 1280 * 720  # of the scene where a processor draws; a larger window shows it magnified, its text sharp
 GROUND_SEEN = 60.0  # metres: the sky is drawn down to the ground that far off, where haze has given it the sky's colour
 COLOUR_EASE = 0.15  # share of a colour's change that one picture makes
 
@@ -32,9 +34,10 @@ class Renderer:
         self._gl, self._bodies, self._shadow = gl, render_passes.Bodies(), render_passes.Shadow()
         self._flat, self._uneven = render_passes.FlatGround(), render_passes.UnevenGround()
         self._lines, self._panels = render_passes.lines(), render_passes.Panels()
-        software = gl.is_software()
-        self._samples = (0 if software else HARDWARE_SAMPLES) if samples is None else samples
-        self._most_pixels = SOFTWARE_PIXELS if software else float("inf")
+        self._samples = (0 if gl.is_software() else HARDWARE_SAMPLES) if samples is None else samples
+        possible = QUALITIES if self._samples else [replace(quality, smooth=False) for quality in QUALITIES]
+        self.qualities = tuple(dict.fromkeys(possible))  # the best one first
+        self._quality = self.qualities[0]
         self._colours: np.ndarray | None = None
         self._make_scene(size)
 
@@ -43,12 +46,16 @@ class Renderer:
         self._scene.delete()
         self._make_scene(size)
 
+    def simplify(self, level: int) -> None:
+        """Draws in the quality that is so many steps below the best one."""
+        self._quality = self.qualities[level]
+        self.resize(self.size)
+
     def _make_scene(self, size: tuple[int, int]) -> None:
         output = self._gl.bound_framebuffer()
         self.size = size[0], size[1]
-        shrink = min(1.0, (self._most_pixels / (size[0] * size[1])) ** 0.5)
-        width, height = (max(1, round(side * shrink)) for side in size)
-        self._scene = self._gl.Target(width, height, samples=self._samples)
+        width, height = (max(1, round(side / self._quality.shrink)) for side in size)
+        self._scene = self._gl.Target(width, height, samples=self._samples if self._quality.smooth else 0)
         self._gl.bind_framebuffer(output, self.size)
 
     def draw(self, frame: Frame, view: View) -> None:
@@ -59,7 +66,8 @@ class Renderer:
 
         figures = self._figures(frame, view)
         area = _shadow_area(frame, view)
-        shadow = self._shadow.draw(self._bodies, figures, to_light=TO_LIGHT, area=area)
+        if self._quality.shadows:
+            shadow = self._shadow.draw(self._bodies, figures, to_light=TO_LIGHT, area=area)
 
         self._scene.bind()
         self._gl.clear_depth()
@@ -67,7 +75,8 @@ class Renderer:
             self._uneven.stand_on(view.ground)
         ground = self._flat if view.ground is None else self._uneven
         ground.draw(*_sky(camera, size), camera.target, world_to_clip)
-        ground.shade(shadow, area, world_to_clip)
+        if self._quality.shadows:
+            ground.shade(shadow, area, world_to_clip)
         ground.mark(_marks(frame, view), world_to_clip)
         seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "pixel": camera.metres_a_pixel(size)}
         self._bodies.draw(figures, to_light=TO_LIGHT, **seen)

@@ -192,22 +192,20 @@ def menu(state: Menu, slots: Presets, is_on: Callable[[str], bool | None]) -> Pa
 def status(
     stylizer: str,
     figures: Figures,
-    missed: int,
+    slow: str,
     ground: str,
     facing_held: bool,
     crouching: bool,
     recorder: object,
 ) -> Panel:
-    """The line below the figure: stylizer, ground, what pictures cost, and what is going on."""
-    cells = [
-        Cell(f"stylizer: {stylizer}"),
-        Cell(f"ground: {Path(ground).name}", FAINT),
-        Cell(f"{figures.rate:.0f} pictures/s", FAINT),
-        Cell(f"drawing {figures.draw_ms:.1f} ms", FAINT),
-        Cell(f"computing {figures.frame_ms:.1f} ms", FAINT),
-    ]
-    if missed:
-        cells.append(Cell(f"missed {missed}", ALERT))
+    """The line below the figure: stylizer, ground, what pictures cost or why the world is slow, and what is going on."""
+    cells = [Cell(f"stylizer: {stylizer}"), Cell(f"ground: {Path(ground).name}", FAINT)]
+    times = (
+        f"{figures.rate:.0f} pictures/s",
+        f"drawing {figures.draw_ms:.1f} ms",
+        f"computing {figures.frame_ms:.1f} ms",
+    )
+    cells += [Cell(slow, ALERT)] if slow else [Cell(text, FAINT) for text in times]
     if facing_held:
         cells.append(Cell("facing held: F lets go", ACCENT))
     if crouching:

@@ -240,13 +240,18 @@ def test_a_window_is_as_large_as_its_screen_allows(screen_size, size):
     assert window.size_for(screen_size) == size
 
 
-def test_a_large_picture_is_drawn_small_and_magnified_where_a_processor_draws(screen, monkeypatch):
+@pytest.mark.parametrize("samples", [0, 4])
+def test_a_picture_is_made_simpler_step_by_step_and_better_again(screen, samples):
     frame = frame_of()
-    whole = picture(screen, frame, view_of(frame), samples=0)
-    monkeypatch.setattr(renderer, "SOFTWARE_PIXELS", SIZE[0] * SIZE[1] / 4)
-    monkeypatch.setattr("demo.render.gl.is_software", lambda: True)
-    magnified = picture(screen, frame, view_of(frame), samples=0)
-    assert 0 < np.abs(whole - magnified).mean() < 4
+    drawing, pictures = Renderer(screen.size, samples=samples), []
+    levels = range(len(drawing.qualities))
+    for level in (*levels, 0):
+        drawing.simplify(level)
+        drawing.draw(frame, view_of(frame))
+        pictures.append(screen.read_pixels().astype(int))
+    assert len(levels) == (4 if samples else 3), "without samples there are none to leave out"
+    off = [np.abs(each - pictures[0]).mean() for each in pictures]
+    assert off[-1] == 0 and 0 < min(off[1:-1]) and max(off) < 6 and off[-2] == max(off)
 
 
 def test_an_old_opengl_is_refused(monkeypatch):

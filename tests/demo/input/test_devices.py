@@ -39,6 +39,11 @@ POSE_CHANNELS = {
 DT = 1 / 60
 
 
+def handle(devices: Devices, events) -> list[str]:
+    """What a turn's events ask for, where nothing of it is carried out."""
+    return list(devices.handle(events))
+
+
 # ---- steering -----------------------------------------------------------
 
 
@@ -216,27 +221,27 @@ def command_of(devices: Devices, camera_yaw=0.0, facing=0.0, style=None) -> Comm
 
 
 def test_keys_walk_and_run_and_stop(devices):
-    devices.handle([key("w"), key("left shift")])
+    handle(devices, [key("w"), key("left shift")])
     command = command_of(devices)
     assert command.move == pytest.approx((0, 1)) and command.gait == "run" and command.face is None
-    devices.handle([key("w", False), key("left shift", False)])
+    handle(devices, [key("w", False), key("left shift", False)])
     assert command_of(devices).move == (0, 0) and command_of(devices).gait == "walk"
 
 
 def test_keys_held_while_the_window_loses_the_keyboard_are_let_go(devices):
-    devices.handle([key("w")])
-    devices.handle([pygame.event.Event(pygame.WINDOWFOCUSLOST)])
+    handle(devices, [key("w")])
+    handle(devices, [pygame.event.Event(pygame.WINDOWFOCUSLOST)])
     assert command_of(devices).move == (0, 0)
 
 
 def test_facing_keys_turn_from_where_the_character_faces_and_hold_it(devices):
-    devices.handle([key("q")])
+    handle(devices, [key("q")])
     for _ in range(30):
         face = command_of(devices, facing=0.5).face
     assert np.arctan2(*face) == pytest.approx(0.5 + steering.TURN_RATE * 0.5)
-    devices.handle([key("q", False)])
+    handle(devices, [key("q", False)])
     assert command_of(devices, facing=-2.0).face == face, "it stays until it is freed"
-    devices.handle([key("f")])
+    handle(devices, [key("f")])
     assert command_of(devices).face is None
 
 
@@ -246,32 +251,69 @@ def test_the_mouse_orbits_zooms_and_touches_the_scene(devices):
         mouse(pygame.MOUSEMOTION, (15, 10), rel=(10, 5), buttons=(1, 0, 0)),
         mouse(pygame.MOUSEBUTTONUP, (15, 10), button=1),
     ]
-    assert devices.handle(drag) == ["wake"], "a drag is no click"
+    assert handle(devices, drag) == ["wake"], "a drag is no click"
     orbit, lift = devices.take_camera()
     assert orbit < 0 < lift and devices.take_camera() == (0, 0)
-    assert devices.handle(click((7, 9))) == ["wake", "touch:7,9"]
-    assert devices.handle([pygame.event.Event(pygame.MOUSEWHEEL, y=2, x=0)]) == ["wake", "zoom_in", "zoom_in"]
+    assert handle(devices, click((7, 9))) == ["wake", "touch:7,9"]
+    assert handle(devices, [pygame.event.Event(pygame.MOUSEWHEEL, y=2, x=0)]) == ["wake", "zoom_in", "zoom_in"]
 
 
 def test_modifiers_make_other_keys_but_shift_still_runs(devices):
     ctrl, shift = pygame.KMOD_LCTRL, pygame.KMOD_LSHIFT
-    assert devices.handle([key("1", mod=ctrl)])[1:] == ["preset_1"]
-    assert devices.handle([key("1", mod=ctrl | shift)])[1:] == ["save_1"]
-    assert devices.handle([key("1", mod=shift)])[1:] == ["pick_left_leg"]
-    assert devices.handle([key("backspace", mod=shift)])[1:] == ["reset"]
-    devices.handle([key("w", mod=shift)])
+    assert handle(devices, [key("1", mod=ctrl)])[1:] == ["preset_1"]
+    assert handle(devices, [key("1", mod=ctrl | shift)])[1:] == ["save_1"]
+    assert handle(devices, [key("1", mod=shift)])[1:] == ["pick_left_leg"]
+    assert handle(devices, [key("backspace", mod=shift)])[1:] == ["reset"]
+    handle(devices, [key("w", mod=shift)])
     assert command_of(devices).move == pytest.approx((0, 1))
 
 
 def test_while_typing_letters_are_text(devices):
     devices.mode = "typing"
-    assert devices.handle([key("w"), text("w"), key("return")]) == ["wake", "text:w", "wake", "typed"]
+    assert handle(devices, [key("w"), text("w"), key("return")]) == ["wake", "text:w", "wake", "typed"]
     assert command_of(devices).move == (0, 0)
+
+
+def test_a_word_typed_within_a_turn_is_text_and_no_shortcut(devices):
+    """SDL reports letters beside the keys only where the search was open before the turn began."""
+    typed, letters = [], "/giant"
+    keys = [pygame.event.Event(pygame.KEYDOWN, key=ord(letter), mod=0, unicode=letter) for letter in letters]
+    after = [key("return"), key("g"), key("/")]
+    for action in devices.handle([*keys, *after, text("x")]):
+        typed.append(action)
+        if action in ("search", "typed"):
+            devices.mode = "typing" if action == "search" else ""
+    assert [each for each in typed if each != "wake"] == [
+        "search",
+        *(f"text:{letter}" for letter in "giant"),
+        "typed",
+        "times",
+        "search",
+        "text:x",
+    ]
+
+
+def test_the_letter_of_the_key_that_opens_the_search_is_not_typed(devices):
+    devices.mode, seen = "typing", []
+    for action in devices.handle([key("return"), key("/"), text("/"), key("g"), text("g")]):
+        seen.append(action)
+        devices.mode = {"typed": "", "search": "typing"}.get(action, devices.mode)
+    assert [each for each in seen if each != "wake"] == ["typed", "search", "text:g"]
+
+
+def test_a_key_that_is_let_go_within_its_turn_counts_for_that_turn(devices):
+    handle(devices, [key("w"), key("left shift"), key("left shift", False), key("w", False)])
+    for _ in range(3):  # frames of the turn
+        command = command_of(devices)
+        assert command.move != (0, 0) and command.gait == "run"
+    handle(devices, [])
+    command = command_of(devices)
+    assert command.move == (0, 0) and command.gait == "walk"
 
 
 def test_the_menu_takes_the_arrows_and_leaves_the_letters(devices):
     devices.mode = "menu"
-    assert devices.handle([key("down"), key("return"), key("w")]) == [
+    assert handle(devices, [key("down"), key("return"), key("w")]) == [
         "wake",
         "menu_down",
         "wake",
@@ -289,49 +331,59 @@ def test_the_command_carries_the_style(devices):
 def test_a_gamepad_comes_steers_and_goes(devices):
     assert devices.pad_name is None
     pad = VirtualPad()
-    assert "pad_added" in devices.handle(pygame.event.get()) and devices.pad_name
+    assert "pad_added" in handle(devices, pygame.event.get()) and devices.pad_name
     pad.move(pygame.CONTROLLER_AXIS_LEFTX, 1.0)
     pad.move(pygame.CONTROLLER_AXIS_RIGHTY, -1.0)
     pad.move(pygame.CONTROLLER_AXIS_TRIGGERRIGHT, 1.0)
     pad.move(pygame.CONTROLLER_AXIS_TRIGGERLEFT, 1.0)
-    assert "stick" in devices.handle(pygame.event.get())
+    assert "stick" in handle(devices, pygame.event.get())
     command = command_of(devices, camera_yaw=np.pi)
     assert command.move == pytest.approx((1, 0), abs=1e-3) and command.gait == "run"
     assert command.face == pytest.approx((0, -1), abs=1e-3), "held, it faces away from the camera"
     assert devices.take_camera() == (0, 0)
     pad.press(pygame.CONTROLLER_BUTTON_DPAD_UP)
-    assert devices.handle(pygame.event.get()) == ["wake", "zoom_in"]
+    assert handle(devices, pygame.event.get()) == ["wake", "zoom_in"]
     pad.move(pygame.CONTROLLER_AXIS_TRIGGERLEFT, -1.0)
     assert command_of(devices).face is None and devices.take_camera() != (0, 0), "without it, it orbits"
     pad.press(pygame.CONTROLLER_BUTTON_DPAD_RIGHT)
-    assert devices.handle(pygame.event.get()) == ["wake", "style_next"]
+    assert handle(devices, pygame.event.get()) == ["wake", "style_next"]
 
     pad.pull()
     assert command_of(devices).move == (0, 0), "even before SDL's event is read"
-    assert "pad_removed" in devices.handle(pygame.event.get()) and devices.pad_name is None
-    devices.handle([key("w")])
+    assert "pad_removed" in handle(devices, pygame.event.get()) and devices.pad_name is None
+    handle(devices, [key("w")])
     assert command_of(devices).move == pytest.approx((0, 1))
 
 
 def test_of_two_gamepads_the_one_used_last_steers(devices):
     first, second = VirtualPad(), VirtualPad()
-    devices.handle(pygame.event.get())
+    handle(devices, pygame.event.get())
     for pad, x in ((first, 1.0), (second, -1.0), (first, 0.9)):
         pad.move(pygame.CONTROLLER_AXIS_LEFTX, x)
-        devices.handle(pygame.event.get())
+        handle(devices, pygame.event.get())
         assert np.sign(command_of(devices, camera_yaw=np.pi).move[0]) == np.sign(x)
     first.pull()
-    devices.handle(pygame.event.get())
+    handle(devices, pygame.event.get())
     assert command_of(devices, camera_yaw=np.pi).move == pytest.approx((-1, 0), abs=1e-3), "the other one takes over"
     second.pull()
-    devices.handle(pygame.event.get())
+    handle(devices, pygame.event.get())
+
+
+def test_a_trigger_counts_as_it_was_when_the_button_was_pressed(devices):
+    pad = VirtualPad()
+    handle(devices, pygame.event.get())
+    for pulled in (1.0, -1.0):
+        pad.move(pygame.CONTROLLER_AXIS_TRIGGERLEFT, pulled)
+        pad.press(pygame.CONTROLLER_BUTTON_A)
+    actions = [action for action in handle(devices, pygame.event.get()) if action not in ("wake", "stick")]
+    assert actions == ["own_style", "jump"]
 
 
 def test_a_pad_that_is_there_from_the_start_counts_once(devices):
     pad = VirtualPad()
     again = Devices()
     assert again.pad_name
-    assert again.handle(pygame.event.get()) == [], "its event of being added tells nothing new"
+    assert handle(again, pygame.event.get()) == [], "its event of being added tells nothing new"
     pad.pull()
     again.handle(pygame.event.get())
 
@@ -358,11 +410,11 @@ def test_events_that_pygame_stumbles_over_are_none(monkeypatch):
 def test_a_pad_that_comes_as_another_goes_is_seen(screen):
     first = VirtualPad()
     devices = Devices()
-    devices.handle(pygame.event.get())
+    handle(devices, pygame.event.get())
     first.pull()
     second = VirtualPad()
     removed = [event for event in pygame.event.get() if event.type == pygame.CONTROLLERDEVICEREMOVED]
-    assert devices.handle(removed) == ["pad_removed"] and devices.pad_name, "announced under an old index"
+    assert handle(devices, removed) == ["pad_removed"] and devices.pad_name, "announced under an old index"
     second.pull()
-    devices.handle(pygame.event.get())
+    handle(devices, pygame.event.get())
     assert devices.pad_name is None
