@@ -107,9 +107,7 @@ class Commands:
     each: Sequence[Command]
 
     def __post_init__(self) -> None:
-        if not (
-            isinstance(self.each, Sequence) and self.each and all(isinstance(each, Command) for each in self.each)
-        ):
+        if not (isinstance(self.each, Sequence) and self.each and all(isinstance(each, Command) for each in self.each)):
             raise ValueError(f"a crowd is given {abbreviate(self.each)}, but needs a list of Command, one for each")
 
     @property

@@ -100,9 +100,7 @@ class Session(Generic[S]):
             raise ValueError("this is a crowd already: make another from the session of one character")
         if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
             raise ValueError(f"a crowd of {count!r:.40}: give a whole number from 1 on")
-        crowd: Session[Stylizer] = Session(
-            self.controller.crowd(count), self.stylizer.crowd(count), ground=self.ground
-        )
+        crowd: Session[Stylizer] = Session(self.controller.crowd(count), self.stylizer.crowd(count), ground=self.ground)
         crowd.characters = int(count)
         return crowd
 

@@ -44,7 +44,7 @@ class FakeController:
 class FakeStylizer:
     """Turns every joint of a restyled part by half its strength in radians."""
 
-    name, styles, noncommercial, own_of, seed = "joints", ("old", "proud"), ("old",), None, None
+    name, styles, noncommercial, users_own, own_of, seed = "joints", ("old", "proud"), ("old",), (), None, None
 
     def movements(self, style) -> tuple[str, ...]:
         if style not in CLIPS:

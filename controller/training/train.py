@@ -61,7 +61,10 @@ def train(
         _run(trainer, out_dir, data_dir, minutes, start)
     except KeyboardInterrupt:
         trainer.keep(checkpoint)
-        print(f"\nstopped after {trainer.spent / 60:.1f} minutes: go on with --resume --data {data_dir} --out {out_dir}", file=sys.stderr)
+        print(
+            f"\nstopped after {trainer.spent / 60:.1f} minutes: go on with --resume --data {data_dir} --out {out_dir}",
+            file=sys.stderr,
+        )
         raise
     plot_curve(out_dir / "curve.csv")
     return out_dir / f"{MODEL}.safetensors"

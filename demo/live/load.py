@@ -6,7 +6,10 @@ from statistics import median
 TOO_SLOW = 0.040  # seconds: a picture that takes longer is made simpler, well before the world slows down
 EASY = 0.6  # of that: what a richer picture is expected to take, at most, where it is tried again
 WATCHED = 0.5  # seconds over which pictures are judged
-PATIENCE, LONGEST_PATIENCE = 3.0, 60.0  # seconds of ease before a richer picture is tried; doubled where it was too soon
+PATIENCE, LONGEST_PATIENCE = (
+    3.0,
+    60.0,
+)  # seconds of ease before a richer picture is tried; doubled where it was too soon
 JUDGED = 3  # pictures, at least, by which anything is judged: a single stop means nothing
 SLOW_SHARE = 0.9  # of its time that the world makes up at least, or else it is slow
 

@@ -69,6 +69,7 @@ def _main_panels(live: "Live") -> Iterator[hud.Panel]:
         live.session.stylizer.name,
         live.figures,
         live.load.describe(live.session.latency.last_ms("frame") / 1000),
+        live.load.level > 0,
         live.grounds.name,
         live.devices.facing_held,
         live.devices.crouching,

@@ -193,16 +193,19 @@ def status(
     stylizer: str,
     figures: Figures,
     slow: str,
+    simpler: bool,
     ground: str,
     facing_held: bool,
     crouching: bool,
     recorder: object,
 ) -> Panel:
-    """The line below the figure: stylizer, ground, what pictures cost or why the world is slow, and what is going on."""
+    """The line below the figure: stylizer, ground, what pictures cost or why the world is slow, and what is going on.
+
+    simpler: whether the picture is simpler than it could be."""
     cells = [Cell(f"stylizer: {stylizer}"), Cell(f"ground: {Path(ground).name}", FAINT)]
     times = (
         f"{figures.rate:.0f} pictures/s",
-        f"drawing {figures.draw_ms:.1f} ms",
+        f"drawing {figures.draw_ms:.1f} ms" + ", simplified" * simpler,
         f"computing {figures.frame_ms:.1f} ms",
     )
     cells += [Cell(slow, ALERT)] if slow else [Cell(text, FAINT) for text in times]

@@ -16,26 +16,30 @@ from sim.io.checks import check_finite
 Arrays = dict[str, np.ndarray]
 
 
-def read(path: Path, may_be_nan: tuple[str, ...] = ()) -> tuple[dict[str, str], Arrays]:
-    """Header and arrays. may_be_nan: names of arrays in which NaN says that there is no number.
+REINSTALL = "reinstall Patchwalk"
+
+
+def read(path: Path, may_be_nan: tuple[str, ...] = (), remedy: str = REINSTALL) -> tuple[dict[str, str], Arrays]:
+    """Header and arrays. may_be_nan: names of arrays in which NaN says that there is no number; remedy: what to do with
+    a file that is damaged.
 
     Raises ValueError, in one sentence, for a missing or damaged file, and for one with numbers that are not finite."""
     try:
         with safe_open(path, "np") as file:
             header, arrays = file.metadata() or {}, {key: file.get_tensor(key) for key in file.keys()}
     except Exception as error:  # safetensors raises its own kinds for a damaged file
-        raise ValueError(_unreadable(path, error)) from error
+        raise ValueError(_unreadable(path, error, remedy)) from error
     check_finite(path, *(array for name, array in arrays.items() if name not in may_be_nan))
     return header, arrays
 
 
-def read_header(path: Path) -> dict[str, str]:
+def read_header(path: Path, remedy: str = REINSTALL) -> dict[str, str]:
     """The header alone, without reading any array. Raises ValueError as `read` does."""
     try:
         with safe_open(path, "np") as file:
             return file.metadata() or {}
     except Exception as error:  # as above
-        raise ValueError(_unreadable(path, error)) from error
+        raise ValueError(_unreadable(path, error, remedy)) from error
 
 
 def write(path: Path, arrays: Mapping[str, np.ndarray], header: Mapping[str, str]) -> None:
@@ -70,5 +74,5 @@ def fingerprint(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
-def _unreadable(path: Path, error: Exception) -> str:
-    return f"{path} is not a readable safetensors file ({error}): reinstall Patchwalk"
+def _unreadable(path: Path, error: Exception, remedy: str) -> str:
+    return f"{path} is not a readable safetensors file ({error}): {remedy}"

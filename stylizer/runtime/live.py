@@ -92,12 +92,29 @@ class LiveStylizer:
         return self.bank.controller
 
     def learn(self, *paths: Path) -> tuple[str, Clip]:
-        """Adds a style made of BVH clips to the bank under a name made from the first file's: the name, and that clip
-        on our skeleton.
+        """Adds a style made of BVH clips to the bank under a name made from the first file's, or finds the one that was
+        learned from the same motion: the name, and that clip on our skeleton.
 
         May run in another thread than `step`. Raises ValueError or OSError, in one sentence, for what is no style."""
-        name = self.bank.free_name(paths[0])
-        return name, self.bank.add(name, *paths).clip
+        return self.bank.learn(*paths)
+
+    @property
+    def users_own(self) -> tuple[str, ...]:
+        """The styles that the user added, which can be renamed and removed."""
+        return self.bank.users_own
+
+    def rename(self, style: str, new: str) -> None:
+        """Calls a style of the user's something else, also where it is shown now. Raises ValueError or OSError."""
+        self.bank.rename(style, new)
+        for mixer in self.mixers:
+            mixer.rename(style, new)
+
+    def remove(self, style: str) -> None:
+        """Forgets a style of the user's; parts that show it now glide to their own. Raises ValueError or OSError."""
+        self.bank.remove(style)
+        for mixer in self.mixers:
+            mixer.keep(self.styles)
+        self.switch()
 
     def movements(self, style: str) -> tuple[str, ...]:
         """What the clips of a style show. Raises ValueError for a style that the bank does not hold."""

@@ -77,6 +77,12 @@ class StyleMixer:
             if not {part.name, part.other} <= set(styles):
                 part.name = part.other = OWN
 
+    def rename(self, name: str, new: str) -> None:
+        """A style is called something else from now on."""
+        for part in self.parts:
+            part.name, part.other = (new if each == name else each for each in (part.name, part.other))
+        self._kept.clear()
+
     def due(self) -> bool:
         """Whether the network is to be evaluated in this frame. To be called once a frame, after `step`."""
         if not any(self.strengths):

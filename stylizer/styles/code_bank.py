@@ -21,7 +21,6 @@ from stylizer.styles.style_clips import Gait, Movement, StyleClips, movements_in
 from stylizer.styles.style_file import (
     gait_from,
     gait_tensors,
-    read_checked,
     read_gait,
     read_own_motion,
     read_windows,
@@ -145,7 +144,7 @@ class CodeBank(StyleBank):
             {"weights": self.fingerprint, "licence": "the user's own video", "source": Path(path).name},
             [windows],
         )
-        self._styles[name] = self._read_points(file)
+        self._styles[name], self._files[name] = self._read_points(file), file
 
     def _taken(self, name: str) -> bool:
         known = (path.stem.lower() for path in (self.user / POINTS).glob("*.safetensors"))
@@ -183,7 +182,7 @@ class CodeBank(StyleBank):
         }
 
     def _read(self, path: Path) -> StyleClips:
-        header, tensors = read_checked(path)
+        header, tensors = self._checked(path)
         if "windows" not in tensors:
             raise ValueError(f"{path} keeps no motion, which the {self.name} stylizer needs: add the style again")
         windows = [each.astype(np.float32) for each in read_windows(tensors)]
@@ -192,7 +191,7 @@ class CodeBank(StyleBank):
 
     @torch.inference_mode()
     def _read_points(self, path: Path) -> StyleClips:
-        points = read_checked(path)[1]["windows"].float()
+        points = self._checked(path)[1]["windows"].float()
         speed = points.diff(dim=1).norm(dim=-1).amax(dim=-1).mean() * FPS / STRIDE
         self._speeds[path.stem] = float(speed) * SEEN
         return StyleClips(self.model.encode_points(points).mean(dim=0)[None], UNKNOWN_GAIT)

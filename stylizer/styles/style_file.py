@@ -121,9 +121,10 @@ def _own_motion(header: dict[str, str], tensors: dict[str, torch.Tensor]) -> Own
     return OwnMotion(windows, phases, read_gait(header, tensors), header.get("controller", ""))
 
 
-def read_checked(path: Path) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
-    """Header and tensors of a style file. Raises ValueError for one that was made for something else."""
-    header, tensors = checkpoint.read(path, may_be_nan=("phases",))  # of movements without strides
+def read_checked(path: Path, remedy: str = tensor_file.REINSTALL) -> tuple[dict[str, str], dict[str, torch.Tensor]]:
+    """Header and tensors of a style file. remedy: what to do with one that is damaged. Raises ValueError for such a
+    one, and for one that was made for something else."""
+    header, tensors = checkpoint.read(path, ("phases",), remedy)  # NaN in those of movements without strides
     former = header.get("format") == FORMER_FORMAT and "windows" in tensors
     wanted = _expected() | ({"format": FORMER_FORMAT} if former else {})
     tensor_file.check_header(path, header, wanted, "remove the file and add the style again")

@@ -1,6 +1,7 @@
 """Which styles there are, told by their files alone: no network is loaded, nor torch, so it is answered at once."""
 
 import json
+import unicodedata
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Iterable, Iterator, NamedTuple
@@ -18,6 +19,14 @@ SAMPLED = "drawn"  # what the names of styles drawn by chance begin with
 DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{number}" for port in ("COM", "LPT") for number in range(10))}
 
 
+# Letters that are written as others where there are only those of ASCII, besides those that only lose an accent.
+LETTERS = str.maketrans(
+    {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae", "œ": "oe", "ø": "oe", "å": "aa", "ð": "d", "þ": "th"}
+    | {"Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ẞ": "SS", "Æ": "Ae", "Œ": "Oe", "Ø": "Oe", "Å": "Aa", "Ð": "D", "Þ": "Th"}
+    | {"ł": "l", "Ł": "L", "đ": "d", "Đ": "D", "ı": "i"}
+)
+
+
 class StyleEntry(NamedTuple):
     """A style by its file: the movements that it shows, and whether it is for non-commercial use only."""
 
@@ -29,6 +38,12 @@ class StyleEntry(NamedTuple):
 def user_folder() -> Path:
     """Where the user's own styles live."""
     return data_folder() / "styles"
+
+
+def in_ascii(text: str) -> str:
+    """A text with its accents and umlauts written out: `Müßig` as `Muessig`, `café` as `cafe`."""
+    spelt = unicodedata.normalize("NFC", text).translate(LETTERS)
+    return "".join(letter for letter in unicodedata.normalize("NFKD", spelt) if not unicodedata.combining(letter))
 
 
 def is_reserved(name: str) -> bool:
@@ -53,7 +68,7 @@ def style_entries(network: str) -> Iterator[StyleEntry | str]:
     for name, path in style_files(network).items():
         try:
             with tensor_file.understanding(path, f"`patchwalk styles remove {name}` removes it"):
-                header = tensor_file.read_header(path)
+                header = tensor_file.read_header(path, "add the style again")
                 yield StyleEntry(
                     name, tuple(json.loads(header.get("movements", "[]"))), NONCOMMERCIAL in header["licence"]
                 )

@@ -58,10 +58,12 @@ def system(name: str = SHIPPED, folder: Path | None = None) -> System:
     return _system(path, tensor_file.read_header(path))
 
 
-def read(path: Path, may_be_nan: tuple[str, ...] = ()) -> tuple[dict[str, str], dict[str, Tensor]]:
+def read(
+    path: Path, may_be_nan: tuple[str, ...] = (), remedy: str = tensor_file.REINSTALL
+) -> tuple[dict[str, str], dict[str, Tensor]]:
     """Header and tensors of a file of weights, of a style or of codes, as sim.io.tensor_file.read checks them. Raises
     ValueError, in one sentence, for a damaged one."""
-    header, arrays = tensor_file.read(path, may_be_nan)
+    header, arrays = tensor_file.read(path, may_be_nan, remedy)
     return header, {name: torch.from_numpy(array) for name, array in arrays.items()}
 
 

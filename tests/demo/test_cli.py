@@ -358,7 +358,9 @@ def test_a_help_lists_what_applies_and_nothing_else(capsys):
         ("styles list", ("--permissive",), ("--name",)),
     ):
         assert cli.main([*line.split(), "--help"]) == 0
-        words = re.findall(r"--[a-z-]+|[a-z]+", capsys.readouterr().out.replace("example:", "").partition("\nexample")[0])
+        words = re.findall(
+            r"--[a-z-]+|[a-z]+", capsys.readouterr().out.replace("example:", "").partition("\nexample")[0]
+        )
         assert {*there} <= {*words} and not {*absent} & {*words}, line
 
 

@@ -143,4 +143,9 @@ def test_a_word_that_is_typed_between_two_pictures_fires_no_shortcut(start):
     before = program.wait_for(lambda seen: "pointer" in seen)
     program.turn("type /flap", "key Return", "key 4")
     after = program.wait_for(lambda seen: seen["picked"] == "left_arm")
-    assert after["wears"] == "flapping" and after["inside"] == before["inside"] and after["mode"] == "" and not after["walks"]
+    assert (
+        after["wears"] == "flapping"
+        and after["inside"] == before["inside"]
+        and after["mode"] == ""
+        and not after["walks"]
+    )

@@ -183,10 +183,12 @@ def test_the_status_line_names_stylizer_ground_and_times_or_slow_motion():
     figures = panels.Figures(0.25)
     for now in np.arange(0, 1, 0.125):
         figures.tick(now, 5.0, 12.0)
-    text = texts(panels.status("joints", figures, "", "maps/moon.png", False, True, None))
-    times = "computing 5.0 ms", "drawing 12.0 ms", "8 pictures/s"
+    text = texts(panels.status("joints", figures, "", True, "maps/moon.png", False, True, None))
+    times = "computing 5.0 ms", "drawing 12.0 ms, simplified", "8 pictures/s"
     for part in ("stylizer: joints", *times, "ground: moon.png", "crouching: J"):
         assert part in text
+    slow = texts(panels.status("joints", figures, "slow motion: drawing takes 100 ms", True, "flat", False, False, None))
+    assert "slow motion: drawing takes 100 ms" in slow and "pictures/s" not in slow
 
 
 class Chance(Bender):

@@ -156,7 +156,7 @@ def test_what_a_header_says_that_is_not_known_is_named_once(write):
     with pytest.warns(UserWarning) as caught:
         recording = read(write(EXAMPLE.replace('"version": 1', '"version": 1, "grond": "hills", "mood": 1')))
     (warning,) = caught
-    assert "line 1: \"grond\", \"mood\" counts for nothing: did you mean 'ground'?" in str(warning.message)
+    assert 'line 1: "grond", "mood" counts for nothing: did you mean \'ground\'?' in str(warning.message)
     assert recording.ground is None
 
 

@@ -386,3 +386,26 @@ def test_a_style_learned_anew_under_the_same_name_has_its_own_pace(paced, walk):
     slow = stylizer.bank["slow"]
     stylizer.bank._styles["slow"] = replace(slow, gait=replace(slow.gait, cadences=np.array([1.1])))
     assert asked_pace(stylizer, walk, legs)[1] == pytest.approx(1.1, abs=1e-3) != pace[1]
+
+
+def test_a_style_is_renamed_and_removed_while_it_is_shown(bank, walk):
+    streams, bent = [], walking_clip()
+    bent.rotations[:, list(PARTS["spine"])[1:]] = rot.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(0.3))
+    for renames in (False, True):
+        bank.add("limp", bent)
+        stylizer, history, styled, name = make_stylizer(bank), RingBuffer(), [], "limp"
+        for frame, pose in enumerate(walk):
+            if frame == 30 and renames:
+                stylizer.rename(name, name := "stroll")
+            if frame == 60:
+                stylizer.remove(name)
+            history.push(pose)
+            style = {"all": (name, 1.0)} if frame < 60 else {}
+            styled.append(stylizer.step(history.window(), pose, style))
+        streams.append(styled)
+    for plain, renamed in zip(*streams):
+        np.testing.assert_array_equal(plain.rotations, renamed.rotations)
+    steps = [turn(*pair).max() for pair in zip(styled, styled[1:])]
+    assert max(steps[55:]) < 2 * max(steps[30:55]), "it glides"
+    gaps = [turn(styled[frame], walk[frame]).max() for frame in (59, -1)]
+    assert gaps[0] > 0.1 and gaps[1] < 0.3 * gaps[0]

@@ -1,6 +1,7 @@
 """Weight files and the style bank: what fits is read, what does not is refused in one clear sentence."""
 
 import json
+import unicodedata
 from dataclasses import fields
 from pathlib import Path
 
@@ -89,6 +90,10 @@ def test_bad_names_are_refused(bank, walk_file, name, message):
     [
         ("Sneaky walk (2).bvh", "Sneaky-walk-2"),
         ("_x_.bvh", "x"),
+        ("Müßig über.bvh", "Muessig-ueber"),
+        (unicodedata.normalize("NFD", "Müßig.bvh"), "Muessig"),
+        ("Café ÉLAN.bvh", "Cafe-ELAN"),
+        ("Łódź søvn.bvh", "Lodz-soevn"),
         ("\u8d70.bvh", "style"),
         ("Other.bvh", "Other-2"),
         ("n" * 60 + ".bvh", "n" * 36),
@@ -98,15 +103,60 @@ def test_names_made_from_a_file_s(bank, file, name):
     assert bank.free_name(Path(file)) == name
 
 
-def test_a_file_learned_twice_loses_nothing(bank, walk_file):
+def test_the_same_motion_learned_twice_is_one_style(bank, walk_file, tmp_path):
     stylizer = make_stylizer(bank)
     first, clip = stylizer.learn(walk_file)
     kept = (bank.user / "walk.safetensors").read_bytes()
+    copy = tmp_path / "Copy.bvh"
+    copy.write_bytes(walk_file.read_bytes())
     assert first == "walk" and len(clip) == len(walking_clip())
-    assert stylizer.learn(walk_file)[0] == "walk-2" and again(bank).names == bank.names
-    (bank.user / "walk-3.safetensors").touch()  # as if another window had added it
-    assert stylizer.learn(walk_file)[0] == "walk-4"
+    assert stylizer.learn(walk_file)[0] == stylizer.learn(copy)[0] == "walk" and again(bank).names == bank.names
+    assert again(bank).learn(copy)[0] == "walk", "after the next start too"
     assert (bank.user / "walk.safetensors").read_bytes() == kept
+
+
+def test_another_motion_of_the_same_file_name_gets_another_name(bank, walk_file):
+    bank.learn(walk_file)
+    bvh.write(walk_file, walking_clip(300))
+    assert bank.learn(walk_file)[0] == "walk-2"
+    (bank.user / "walk-3.safetensors").touch()  # as if another window had added it
+    bvh.write(walk_file, walking_clip(360))
+    assert bank.learn(walk_file)[0] == "walk-4"
+
+
+def test_a_style_is_renamed_in_its_file_too(bank, walk_file):
+    bank.add("walk", walk_file)
+    before = bank["walk"]
+    bank.rename("walk", "stroll")
+    for each in (bank, again(bank)):
+        assert each.names == ("neutral", "other", "stroll") and same(each["stroll"], before)
+    assert bank.users_own == ("stroll",)
+    bank.rename("stroll", "Stroll")
+    assert again(bank).users_own == ("Stroll",)
+
+
+@pytest.mark.parametrize(
+    "name, new, sentence",
+    [
+        ("walk", "other", "there is a style 'other' already"),
+        ("walk", "walk", "'walk' is its name already"),
+        ("walk", "a b", "no style name"),
+        ("other", "mine", "comes with Patchwalk and cannot be renamed"),
+        ("wlak", "mine", "unknown style 'wlak': did you mean walk"),
+    ],
+)
+def test_what_cannot_be_renamed_is_said(bank, walk_file, name, new, sentence):
+    bank.add("walk", walk_file)
+    with pytest.raises(ValueError, match=sentence):
+        bank.rename(name, new)
+    assert bank.names == ("neutral", "other", "walk")
+
+
+def test_what_has_gone_from_the_users_folder_is_forgotten_when_it_is_read_again(bank, walk_file):
+    bank.add("walk", walk_file)
+    again(bank).remove("walk")
+    bank.refresh()
+    assert bank.names == ("neutral", "other") and bank.users_own == ()
 
 
 def test_unknown_and_bundled_styles_are_not_removed(bank):
@@ -266,8 +316,11 @@ def test_one_file_that_cannot_be_used_is_left_out_and_can_be_removed(bank, spoil
     bank.add("limp", walking_clip())
     bank.add("good", walking_clip())
     spoil(bank.user / "limp.safetensors")
-    with pytest.warns(UserWarning, match="'limp' is left out: .*limp.safetensors.*patchwalk styles remove limp"):
+    with pytest.warns(
+        UserWarning, match="'limp' is left out: .*limp.safetensors.*patchwalk styles remove limp"
+    ) as warned:
         after = again(bank)
+    assert "reinstall" not in str(warned[0].message)
     assert "good" in after.names and "limp" not in after.names
     after.refresh()  # which says it no second time
     after.remove("limp")
