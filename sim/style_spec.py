@@ -84,6 +84,16 @@ class StyleSpec(Mapping[str, PartSpec]):
         """The styles of all parts, each once."""
         return tuple(dict.fromkeys(name for spec in self._parts.values() for name in spec.names))
 
+    def renamed(self, name: str, new: str) -> "StyleSpec":
+        """This spec where a style is called something else."""
+
+        def called(each: str | None) -> str | None:
+            return new if each == name else each
+
+        return StyleSpec(
+            {part: spec._replace(name=called(spec.name), other=called(spec.other)) for part, spec in self.items()}
+        )
+
     def to_json(self) -> dict[str, list[str | float]]:
         """Part -> list, as recordings and presets hold it."""
         return {part: spec.to_json() for part, spec in self._parts.items()}

@@ -11,7 +11,7 @@ from demo.input.devices import Devices, take_events
 from demo.live import actions
 from demo.state import bindings, steering
 from demo.state.bindings import DEFAULT
-from demo.state.style_choice import OWN, StyleChoice
+from demo.state.style_choice import MIXED, OWN, StyleChoice
 from sim.body.skeleton import GROUPS, PART_NAMES
 from sim.command import Command
 from sim.style_spec import MAX_STRENGTH, PartSpec
@@ -127,7 +127,7 @@ def test_mixed_groups_say_so_and_unknown_names_are_refused():
     choice.pick("left_arm")
     choice.choose("old")
     choice.pick("arms")
-    assert choice.name == "mixed"
+    assert choice.name == MIXED
     with pytest.raises(ValueError, match="unknown style 'odl'"):
         choice.choose("odl")
     with pytest.raises(ValueError, match="unknown body part"):
