@@ -92,16 +92,16 @@ class NamedStylizer(Stylizer, Protocol):
         """The names of its styles."""
 
     def learn(self, *paths: Path) -> tuple[str, Clip]:
-        """Adds a style made of BVH clips, under a name made from the first file's, or finds the one that was learned from
-        the same motion: the name, and that clip on our skeleton. Raises ValueError or OSError."""
+        """Adds a style made of BVH clips, under a name made from the first file's, or finds the one that was learned
+        from the same motion: the name, and that clip on our skeleton. Raises ValueError or OSError."""
 
     @property
     def users_own(self) -> tuple[str, ...]:
         """The styles that the user added, which can be renamed and removed."""
 
     def rename(self, style: str, new: str) -> None:
-        """Calls a style of the user's something else, in what it shows too. Raises ValueError for a name that is none or
-        is taken, OSError where its file cannot be written."""
+        """Calls a style of the user's something else, also where it is shown now. Raises ValueError for a name that is
+        none or is taken, OSError where its file cannot be written."""
 
     def remove(self, style: str) -> None:
         """Forgets a style of the user's; parts that show it return to their own. Raises ValueError or OSError."""

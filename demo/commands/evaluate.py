@@ -17,13 +17,14 @@ EXAMPLE = """patchwalk evaluate controller --data mocap --json evaluation.json -
   patchwalk evaluate stylizer --data mocap --json transfer.json --plots insight
   patchwalk evaluate live --data mocap --json live.json --plots strips"""
 ABOUT = {  # what each model's help says
-    "controller": """Plays a fixed suite of commands and measures the motion, in about six minutes on one core; with
---data beside held-out clips.""",
-    "stylizer": """Measures transfer from clip to clip, in about a quarter of an hour for the shipped weights, half of it where its
-judges have been trained before, longer with --weights for larger networks; it needs the labelled Bandai-Namco motion.""",
-    "live": """Measures what the session draws, every bundled style walking, running, backing, strafing, turning and standing,
-as the controller moves and after the foot lock, in about twelve minutes on one core; it needs Bandai-Namco's and SNU's
-motion in --data.""",
+    "controller": """Plays a fixed suite of commands and measures the motion, in about six minutes on one
+core; with --data beside held-out clips.""",
+    "stylizer": """Measures transfer from clip to clip, in about a quarter of an hour for the shipped weights, half
+of it where its judges have been trained before, longer with --weights for larger networks; it needs the labelled
+Bandai-Namco motion.""",
+    "live": """Measures what the session draws, every bundled style walking, running, backing, strafing, turning
+and standing, as the controller moves and after the foot lock, in about twelve minutes on one core; it needs
+Bandai-Namco's and SNU's motion in --data.""",
 }
 EXAMPLES = {
     "controller": "patchwalk evaluate controller --data mocap --json evaluation.json --plots evaluation",

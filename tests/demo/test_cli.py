@@ -82,7 +82,7 @@ MISTAKES = {
     "stylize words.txt --style arms=old -o out.bvh": "words.txt is not a whole BVH file",
     "stylize words.txt --style arms=old --map words.txt -o out.bvh": "words.txt is not a JSON file",
     "evaluate stylizer": "name a folder that holds Bandai-Namco's with --data",
-    "evaluate stylizer --movements back": "unrecognized arguments: --movements back; see patchwalk evaluate stylizer --help",
+    "evaluate stylizer --movements back": "--movements back; see patchwalk evaluate stylizer --help",
     "evaluate live --data clips --movements hop": "there is no movement 'hop': use some of walk_0.65",
     "evaluate stylizer --data clips": "clips holds no labelled motion",
     "evaluate stylizer --data clips --weights nowhere": "there is no folder nowhere",

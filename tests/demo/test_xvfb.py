@@ -34,7 +34,8 @@ class Telling(live.Live):
             sys.stdin.readline()
         seen = {"pointer": pygame.mouse.get_pos(), "recording": self.recorder is not None, "picked": self.choice.picked,
                 "mode": self.devices.mode, "search": self.choice.search, "walks": self.frame.command.move != (0, 0),
-                "wears": self.choice.name, "inside": sorted(self.seen), "distance": self.view.camera._wanted["distance"], "files": len(self.files)}
+                "wears": self.choice.name, "inside": sorted(self.seen),
+                "distance": self.view.camera._wanted["distance"], "files": len(self.files)}
         if seen != self.told:
             self.told = seen
             print(json.dumps(seen), flush=True)

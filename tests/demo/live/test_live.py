@@ -187,7 +187,9 @@ def test_the_status_line_names_stylizer_ground_and_times_or_slow_motion():
     times = "computing 5.0 ms", "drawing 12.0 ms, simplified", "8 pictures/s"
     for part in ("stylizer: joints", *times, "ground: moon.png", "crouching: J"):
         assert part in text
-    slow = texts(panels.status("joints", figures, "slow motion: drawing takes 100 ms", True, "flat", False, False, None))
+    slow = texts(
+        panels.status("joints", figures, "slow motion: drawing takes 100 ms", True, "flat", False, False, None)
+    )
     assert "slow motion: drawing takes 100 ms" in slow and "pictures/s" not in slow
 
 
