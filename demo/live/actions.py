@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Callable
 
 import numpy as np
 
-from demo.live import capture
+from demo.live import capture, users_styles
 from demo.render.view import TWINS
 from demo.ui import diagram, help
 from demo.ui.canvas import ALERT
@@ -134,7 +134,7 @@ def _next_stylizer(live: "Live", _: str) -> None:
         return
     try:
         live.say(f"stylizer: {live.stylizers.next()}")
-        live.choice.offer(live.session.stylizer.styles, live.session.stylizer.noncommercial)
+        live.offer_styles()
     except ValueError as error:
         live.say(str(error), ALERT)
 
@@ -168,8 +168,26 @@ def _search(live: "Live", _: str) -> None:
     live.type(True)
 
 
+def _write(live: "Live", text: str) -> None:
+    """Letters for a style's new name, or for the search."""
+    if live.naming:
+        live.naming = live.naming[0], live.naming[1] + text
+    else:
+        live.choice.search += text
+
+
+def _erase(live: "Live", _: str) -> None:
+    if live.naming:
+        live.naming = live.naming[0], live.naming[1][:-1]
+    else:
+        live.choice.search = live.choice.search[:-1]
+
+
 def _typed(live: "Live", _: str) -> None:
-    """Enter: what is found is worn, and the whole list is back."""
+    """Enter: a style gets its new name; or what is found is worn, and the whole list is back."""
+    if live.naming:
+        users_styles.end_name(live)
+        return
     if live.choice.search and live.choice.shown and live.choice.slot not in live.choice.shown:
         live.choice.choose(live.choice.shown[0])
     live.type(False)
@@ -223,8 +241,10 @@ ACTIONS: dict[str, Action] = {
     "search": _search,
     "typed": _typed,
     "untyped": lambda live, _: live.type(False),
-    "text": lambda live, text: setattr(live.choice, "search", live.choice.search + text),
-    "erase": lambda live, _: setattr(live.choice, "search", live.choice.search[:-1]),
+    "text": _write,
+    "erase": _erase,
+    "rename": lambda live, _: users_styles.begin_name(live),
+    "remove": lambda live, _: users_styles.remove(live),
     "twin": _next_twin,
     **{name: _see(name) for name in SEEN},
     "zoom_in": lambda live, _: live.view.camera.zoom(1),

@@ -69,12 +69,17 @@ def apply_learned(live: "Live") -> None:
     """Puts styles that were learned from dropped files on the picked part, and says what could not be learned."""
     for result in live.drop_import.finished():
         if isinstance(result, Learned):
-            live.choice.learn(result.style)
-            live.choice.choose(result.style)
+            known = result.style in live.choice.users_own
+            live.offer_styles()
+            if result.style not in live.choice.styles:  # another stylizer was chosen while it was learned
+                live.say(f"learned “{result.style}”: it is there when you choose the former stylizer again")
+                continue
+            live.choice.wear(result.style)
             live.inset.play(result.clip, result.style)
             live.say(
-                f"learned “{result.style}” ({', '.join(result.movements)}): "
-                f"now on the {panels.readable(live.choice.picked)}, and kept for the next start"
+                (f"“{result.style}” is this very motion" if known else f"learned “{result.style}”")
+                + f" ({', '.join(result.movements)}): now on the {panels.readable(live.choice.picked)}"
+                + ", and kept for the next start" * (not known)
             )
             for note in result.notes:
                 live.say(note)

@@ -130,7 +130,10 @@ class Live:
         self.session, self.window = session, window
         self.grounds = Grounds(session, ground)
         self.devices, self.view = Devices(bindings), View(Camera(distance=DISTANCE), ground=session.ground)
-        self.choice = StyleChoice(styles, noncommercial=session.stylizer.noncommercial)
+        self.choice = StyleChoice(styles)
+        self.offer_styles(styles)
+        self.naming: tuple[str, str] | None = None  # a style of the user's, and its new name as far as it is typed
+        self.to_remove = "", 0.0  # a style that is removed if that is asked again until then
         self.presets, self.preset = presets or Presets(), 0
         self.menu, self.hints, self.debug_overlay = Menu(bindings), Hints(bindings), DebugOverlay(session)
         self.seen = {"contacts"}  # of demo.live.actions.SEEN
@@ -276,10 +279,16 @@ class Live:
         """The picked parts light up for a moment."""
         self.picked_at = self.clock()
 
-    def type(self, on: bool) -> None:
-        """Keys go to the search line, or back to steering."""
+    def offer_styles(self, styles: Sequence[str] | None = None) -> None:
+        """These styles, or those that the stylizer has now, are there to choose from."""
+        stylizer = self.session.stylizer
+        self.choice.offer(stylizer.styles if styles is None else styles, stylizer.noncommercial, stylizer.users_own)
+
+    def type(self, on: bool, naming: str | None = None) -> None:
+        """Keys go to the search line, or to the new name of a style, or back to steering."""
         self.menu.open = False
         self.devices.mode = "typing" if on else ""
+        self.naming = (naming, naming) if on and naming else None
         if on:
             pygame.key.start_text_input()
         else:

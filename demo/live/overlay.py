@@ -63,7 +63,8 @@ def _panels(live: "Live") -> Iterator[hud.Panel]:
 
 def _main_panels(live: "Live") -> Iterator[hud.Panel]:
     """Those that are there unless they are hidden."""
-    yield panels.style_panel(live.choice, live.devices.mode == "typing", live.devices.holds("compare"))
+    comparing = live.devices.holds("compare")
+    yield panels.style_panel(live.choice, live.devices.mode == "typing", comparing, live.naming)
     yield panels.presets(live.presets)
     yield panels.status(
         live.session.stylizer.name,

@@ -15,8 +15,8 @@ class Control:
     """A line of the help, and the actions it stands for.
 
     keys, pad, mouse: action -> names of keys, gamepad controls and mouse buttons, all of which do the same.
-    touch: what the help says of the panels. menu: the page of the menu it is on; its first action is done there.
-    group: the heading of the help that begins with it."""
+    touch: what the help says of the panels. menu: the page of the menu it is on; its first action is done there, and
+    its second one, if there are two, by X or the right button. group: the heading of the help that begins with it."""
 
     help: str
     keys: Mapping[str, Names] = field(default_factory=dict)
@@ -86,6 +86,7 @@ CONTROLS = (
         menu="style",
     ),
     Control("all back to no style", {"reset": ("delete", "shift+backspace")}, touch="“reset all”", menu="style"),
+    Control("rename your style (X: remove it)", {"rename": (), "remove": ()}, touch="its buttons", menu="style"),
     Control("next stylizer", {"stylizer_next": ("y",)}, {"stylizer_next": ("lefttrigger+b",)}, menu="style"),
     Control("renew the styles named drawn-...", {"reroll": ("u",)}, menu="style"),
     Control(
@@ -149,6 +150,7 @@ MENU_KEYS = {
     "left": "menu_left",
     "right": "menu_right",
     "return": "menu_do",
+    "x": "menu_other",
     "escape": "menu",
 }
 MENU_PAD = {

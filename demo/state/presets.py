@@ -27,7 +27,19 @@ class Presets:
     def save(self, slot: int, style: StyleSpec) -> str:
         """Keeps `style` in a slot and on the disk; returns the name it got. Raises OSError where it cannot be
         written."""
-        slots = {**self.slots, slot: (describe(style), style)}
+        self._write({**self.slots, slot: (describe(style), style)})
+        return describe(style)
+
+    def rename(self, name: str, new: str) -> None:
+        """A style is called something else from now on, on the disk too. Raises OSError where it cannot be written."""
+        slots = {
+            slot: (title.replace(name, new), style.renamed(name, new)) if name in style.names else (title, style)
+            for slot, (title, style) in self.slots.items()
+        }
+        if slots != self.slots:
+            self._write(slots)
+
+    def _write(self, slots: dict[int, Preset]) -> None:
         content = {
             "format": FORMAT,
             "version": 1,
@@ -39,7 +51,6 @@ class Presets:
         with atomic_write(self.path) as temporary:
             temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
         self.slots = slots
-        return describe(style)
 
 
 def describe(style: StyleSpec) -> str:

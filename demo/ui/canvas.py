@@ -99,6 +99,27 @@ def shorten(text: str, width: float, size: float = TEXT) -> str:
     return text
 
 
+def wrap(text: str, width: float, size: float = TEXT) -> list[str]:
+    """The text in lines of `width` units at most: from word to word, and where one is longer, within it."""
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and text_width(longer, size) <= width:
+            lines[-1] = longer
+            continue
+        lines.append(word)
+        while text_width(lines[-1], size) > width and len(lines[-1]) > 1:
+            word = lines.pop()
+            fits = next(end for end in range(len(word) - 1, 0, -1) if end == 1 or text_width(word[:end], size) <= width)
+            lines += [word[:fits], word[fits:]]
+    return lines
+
+
+def fitting(text: str, width: float) -> float:
+    """The height of letters in which a text fits in `width` units, or the smallest."""
+    return TEXT if text_width(text) <= width else SMALL
+
+
 @lru_cache(maxsize=32)
 def _font(pixels: float) -> pygame.font.Font:
     pygame.font.init()

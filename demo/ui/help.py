@@ -10,7 +10,7 @@ from demo.ui.text import Columns, Sentence
 from demo.ui.widgets import Cell, Table
 
 SHEET = (*BACKGROUND[:3], 0.97)
-LINE = 17  # units from line to line
+LINE = 16.8  # units from line to line
 TOP = 68  # units from the border of the window that the buttons in the corner take
 Rows = tuple[tuple[Cell, ...], ...]
 HEAD = tuple(Cell(text, FAINT) for text in ("", "keyboard", "mouse", "gamepad"))

@@ -39,9 +39,9 @@ class Menu:
             )
         controls = [control for control in CONTROLS if control.menu == self.page]
         return tuple(
-            Row(control.help, action, key=self._bindings.shown(action))
+            Row(control.help, action, *other[:1], key=self._bindings.shown(action))
             for control in controls
-            for action in [next(iter(control.keys))]
+            for action, *other in [control.keys]
         )
 
     def turn(self, step: int) -> None:

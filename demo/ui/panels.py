@@ -8,14 +8,28 @@ import numpy as np
 from demo.figure.colours import OWN_STYLE, part_colours, style_colour
 from demo.state.bindings import MENU_PAGES, SLOTS
 from demo.state.presets import Presets
-from demo.state.style_choice import HALF, OWN, StyleChoice
-from demo.ui.canvas import ACCENT, ALERT, FAINT, INK, SMALL, Colour
+from demo.state.style_choice import HALF, MIXED, OWN, StyleChoice
+from demo.ui.canvas import ACCENT, ALERT, FAINT, INK, SMALL, Colour, wrap
 from demo.ui.diagram import Diagram
 from demo.ui.hud import Panel
 from demo.ui.menu import Menu
 from demo.ui.plots import Dial, HeatMap, Times
 from demo.ui.text import Flow, Hole, Sentence
-from demo.ui.widgets import Beside, Button, Buttons, Cell, Choice, Choices, Field, Label, Slider, Stack, Table, Widget
+from demo.ui.widgets import (
+    GAP,
+    Beside,
+    Button,
+    Buttons,
+    Cell,
+    Choice,
+    Choices,
+    Field,
+    Label,
+    Slider,
+    Stack,
+    Table,
+    Widget,
+)
 from sim.body.pose import Pose
 from sim.body.skeleton import GROUPS, PART_NAMES
 from sim.io.provenance import NONCOMMERCIAL
@@ -80,8 +94,9 @@ def _parts_table(style: StyleSpec, picked: Collection[str]) -> Table:
     return Table(tuple(rows), tuple(i for i, part in enumerate(PART_NAMES) if part in picked))
 
 
-def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
-    """The body to pick a part from, and that part's style, strength, the style blended in."""
+def style_panel(choice: StyleChoice, typing: bool, comparing: bool, naming: tuple[str, str] | None = None) -> Panel:
+    """The body to pick a part from, and that part's style, strength, the style blended in. naming: a style of the
+    user's and its new name as far as it is typed, None where none is."""
     colours = tuple(tuple(colour) for colour in part_colours(choice.style).round(3).tolist())
     groups = Buttons(
         tuple(
@@ -90,22 +105,25 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
         ),
         SMALL,
     )
-    lines = tuple(Label(text, colour, size) for text, colour, size in _style_lines(choice))
+    diagram = Diagram(colours, choice.parts)
+    room = STYLE_PANEL_WIDTH - diagram.size()[0] - GAP
+    lines = tuple(Label(text, colour, size) for text, colour, size in _style_lines(choice, room))
     listed = (OWN, *choice.shown)
     styles = tuple(
         Choice(
             "no blend" if choice.blending and name == OWN else name,
             f"choose:{name}",
             OWN_STYLE if name == OWN else style_colour(name),
-            NONCOMMERCIAL if name in choice.noncommercial else "",
+            NONCOMMERCIAL if name in choice.noncommercial else "yours" if name in choice.users_own else "",
         )
         for name in listed
     )
     chosen = listed.index(choice.slot) if choice.slot in listed else None
-    colour = OWN_STYLE if choice.name in (OWN, "mixed") else style_colour(choice.name)
+    users = choice.slot in choice.users_own
+    colour = OWN_STYLE if choice.name in (OWN, MIXED) else style_colour(choice.name)
     strength = Slider(
         "strength",
-        f"{choice.strength:.0%}",
+        "mixed" if choice.strengths_differ else f"{choice.strength:.0%}",
         choice.strength / MAX_STRENGTH,
         "strength",
         colour,
@@ -113,21 +131,24 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
         mark=1 / MAX_STRENGTH,
     )
     widgets: list[Widget] = [
-        Beside(Diagram(colours, choice.parts), Stack(lines)),
+        Beside(diagram, Stack(lines)),
         groups,
         Buttons(
             (Button("style", "blend:off", not choice.blending), Button("blend with", "blend:on", choice.blending)),
             SMALL,
         ),
-        Field(choice.search, f"search {len(choice.styles)} styles", typing, "search"),
-        Choices(styles, chosen, LISTED - choice.blending, UP_DOWN),
+        Field(choice.search, f"search {len(choice.styles)} styles", typing, "search")
+        if naming is None
+        else Field(naming[1], f"new name of {naming[0]}", typing, ""),
+        Choices(styles, chosen, LISTED - choice.blending - users, UP_DOWN),
         strength,
     ]
     if choice.blending:
-        other = OWN_STYLE if choice.other in (OWN, "mixed") else style_colour(choice.other)
-        widgets.append(
-            Slider("share", f"{choice.share:.0%}", choice.share, "share", other, ("stronger", "weaker"), mark=HALF)
-        )
+        other = OWN_STYLE if choice.other in (OWN, MIXED) else style_colour(choice.other)
+        share = "mixed" if choice.shares_differ else f"{choice.share:.0%}"
+        widgets.append(Slider("share", share, choice.share, "share", other, ("stronger", "weaker"), mark=HALF))
+    if users:
+        widgets.append(Buttons((Button("rename", "rename", naming is not None), Button("remove", "remove")), SMALL))
     widgets.append(
         Buttons(
             (
@@ -142,14 +163,15 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool) -> Panel:
     return Panel(tuple(widgets), "top left", STYLE_PANEL_WIDTH)
 
 
-def _style_lines(choice: StyleChoice) -> list[tuple[str, Colour, float]]:
-    """What stands beside the body: the picked part, and each part's style below."""
+def _style_lines(choice: StyleChoice, room: float) -> list[tuple[str, Colour, float]]:
+    """What stands beside the body, in lines of so many units: the picked part, and each part's style below."""
     lines: list[tuple[str, Colour, float]] = [(readable(choice.picked), ACCENT, 18)]
     for part in PART_NAMES:
         spec = choice.style.get(part)
         picked = part in choice.parts
         lines.append((readable(part), INK if picked else FAINT, SMALL))
-        lines.append((f"{spec_text(spec)}  {spec.strength:.0%}" if spec else OWN, (INK if picked else FAINT), SMALL))
+        text = f"{spec_text(spec)} {spec.strength:.0%}" if spec else OWN
+        lines += [(line, INK if picked else FAINT, SMALL) for line in wrap(text, room, SMALL)]
     return lines
 
 
@@ -162,7 +184,8 @@ def presets(slots: Presets) -> Panel:
         buttons.append(
             Button(name or f"{slot}: right click saves", f"preset_{slot}", other=f"save_{slot}", swatches=swatches)
         )
-    rows = tuple(Buttons(tuple(buttons[place : place + 2]), SMALL) for place in range(0, len(buttons), 2))
+    pairs = (tuple(buttons[place : place + 2]) for place in range(0, len(buttons), 2))
+    rows = tuple(Buttons(pair, SMALL, STYLE_PANEL_WIDTH) for pair in pairs)
     return Panel(rows, "top left", STYLE_PANEL_WIDTH)
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Self
 
-from demo.ui.canvas import INK, SMALL, TEXT, Box, Canvas, Colour, shorten, text_width
+from demo.ui.canvas import INK, SMALL, TEXT, Box, Canvas, Colour, shorten, text_width, wrap
 from demo.ui.widgets import GAP, Cell, Table, Untouched
 
 COLUMN_GAP = 28  # units between the columns of a page
@@ -23,14 +23,7 @@ class Sentence(Untouched):
         return replace(self, width=min(self.width, width))
 
     def _lines(self) -> list[str]:
-        lines: list[str] = []
-        for word in self.text.split():
-            longer = f"{lines[-1]} {word}" if lines else word
-            if lines and text_width(longer, self.letters) <= self.width:
-                lines[-1] = longer
-            else:
-                lines.append(word)
-        return lines
+        return wrap(self.text, self.width, self.letters)
 
     def size(self) -> tuple[float, float]:
         lines = self._lines()

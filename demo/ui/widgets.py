@@ -8,11 +8,27 @@ import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from demo.ui.canvas import ACCENT, FAINT, FIELD, INK, LIT, SMALL, TEXT, Box, Canvas, Colour, shorten, text_width
+from demo.ui.canvas import (
+    ACCENT,
+    FAINT,
+    FIELD,
+    INK,
+    LIT,
+    SMALL,
+    TEXT,
+    Box,
+    Canvas,
+    Colour,
+    fitting,
+    shorten,
+    text_width,
+    wrap,
+)
 
 LINE = 23  # units from line to line
 ROW = 21  # of a list
 GAP = 13  # between columns
+MOST_LINES = 4  # of words in a button
 SWATCH = 5.5  # radius of a dot of colour
 LEAST_SHOWN = 3  # lines of a list for which there is little room
 
@@ -143,14 +159,25 @@ class Button:
 
 @dataclass(frozen=True)
 class Buttons:
-    """Equally wide buttons side by side."""
+    """Equally wide buttons side by side. room: units that all of them take together, so that words which do not fit
+    in a button's share go on in its next line; 0: they are shortened."""
 
     buttons: tuple[Button, ...]
     letters: float = TEXT
+    room: float = 0
 
     def size(self) -> tuple[float, float]:
         widest = max(text_width(button.text, self.letters) for button in self.buttons) if self.letters == TEXT else 0
-        return (widest + 14) * len(self.buttons), 25
+        lines = max(len(self._lines(button, self.room / len(self.buttons) - 4)) for button in self.buttons)
+        return (widest + 14) * len(self.buttons), 25 + (lines - 1) * (self.letters + 1.5)
+
+    def _lines(self, button: Button, width: float) -> list[str]:
+        """A button's words, where it is that wide."""
+        width -= 8 + _indent(button)
+        if not self.room:
+            return [shorten(button.text, width, self.letters) if width > 0 else button.text]
+        lines = wrap(button.text, width, self.letters)
+        return [*lines[: MOST_LINES - 1], shorten(" ".join(lines[MOST_LINES - 1 :]), width, self.letters)][: len(lines)]
 
     def _boxes(self, box: Box) -> list[Box]:
         width = (box[2] + 4) / len(self.buttons)
@@ -161,16 +188,23 @@ class Buttons:
             canvas.box(place, LIT if button.lit else FIELD)
             for number, colour in enumerate(button.swatches):
                 canvas.box((place[0] + 5 + 4 * number, place[1] + 5, 4, place[3] - 10), colour, 0)
-            indent = 4 * len(button.swatches) + (4 if button.swatches else 0)
-            text = shorten(button.text, place[2] - 8 - indent, self.letters)
+            indent, colour = _indent(button), ACCENT if button.lit else INK
             centre = place[0] + indent + (place[2] - indent) / 2
-            canvas.text(text, centre, place[1] + place[3] / 2, ACCENT if button.lit else INK, self.letters, align=0.5)
+            lines = self._lines(button, place[2])
+            for number, line in enumerate(lines):
+                middle = place[1] + place[3] / 2 + (number - (len(lines) - 1) / 2) * (self.letters + 1.5)
+                canvas.text(line, centre, middle, colour, self.letters, align=0.5)
 
     def regions(self, box: Box) -> list[Region]:
         return [
             Region(place, button.action, button.kind, button.other)
             for button, place in zip(self.buttons, self._boxes(box), strict=True)
         ]
+
+
+def _indent(button: Button) -> float:
+    """Units that a button's swatches take before its words."""
+    return 4 * len(button.swatches) + (4 if button.swatches else 0)
 
 
 @dataclass(frozen=True)
@@ -220,12 +254,16 @@ class Field:
         return 120, 26
 
     def paint(self, canvas: Canvas, box: Box) -> None:
-        middle = box[1] + box[3] / 2
+        middle, room = box[1] + box[3] / 2, box[2] - 18
+        text, letters = self.text or self.hint, fitting(self.text or self.hint, room)
+        while text_width(text, letters) > room:  # of a long one the end, where it is written on
+            text = text[1:]
         canvas.box((box[0], box[1] + 1, box[2], box[3] - 3), FIELD)
         if self.typing:
             canvas.frame((box[0], box[1] + 1, box[2], box[3] - 3), ACCENT)
-            canvas.box((box[0] + 9 + text_width(self.text), box[1] + 6, 1.5, box[3] - 13), ACCENT, 0)
-        canvas.text(self.text or self.hint, box[0] + 8, middle, INK if self.text else FAINT)
+            end = text_width(text, letters) if self.text else 0
+            canvas.box((box[0] + 9 + end, box[1] + 6, 1.5, box[3] - 13), ACCENT, 0)
+        canvas.text(text, box[0] + 8, middle, INK if self.text else FAINT, letters)
 
     def regions(self, box: Box) -> list[Region]:
         return [Region(box, self.action)]
@@ -252,7 +290,7 @@ class Choices:
     wheel: tuple[str, str]
 
     def size(self) -> tuple[float, float]:
-        widths = [text_width(choice.text) + text_width(choice.note, SMALL) for choice in self.choices]
+        widths = [text_width(choice.text, SMALL) + text_width(choice.note, SMALL) for choice in self.choices]
         return max(widths, default=0) + 50, ROW * self.shown
 
     def shortened(self, units: float) -> "Choices":
@@ -273,14 +311,14 @@ class Choices:
                 canvas.box(place, LIT)
             if choice.swatch:
                 canvas.disc(left + 11, top + height / 2, SWATCH, choice.swatch)
-            note = shorten(choice.note, width - text_width(choice.text) - 40, SMALL)
             canvas.text(
                 choice.text,
                 left + (23 if choice.swatch else 7),
                 top + height / 2,
                 ACCENT if number == self.chosen else INK,
+                fitting(choice.text, width - text_width(choice.note, SMALL) - 40),
             )
-            canvas.text(note, left + width - 8, top + height / 2, FAINT, SMALL, align=1.0)
+            canvas.text(choice.note, left + width - 8, top + height / 2, FAINT, SMALL, align=1.0)
         if len(visible) < len(self.choices):  # where in the whole list this is
             part = box[3] / len(self.choices)
             canvas.box((box[0] + box[2] - 3, box[1] + visible.start * part, 3, len(visible) * part), LIT, 1.5)

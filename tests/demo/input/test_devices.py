@@ -158,6 +158,75 @@ def test_two_styles_are_blended_on_a_part():
     assert choice.style == {"spine": ("sad", 1.2)} and choice.share == 0
 
 
+def test_blending_ends_with_another_part():
+    choice = StyleChoice(["old", "proud"])
+    choice.restore({"all": "old"})
+    choice.pick("spine")
+    choice.blending = True
+    choice.pick("spine")
+    assert choice.blending, "the very same"
+    choice.pick("left_arm")
+    choice.choose("proud")
+    assert not choice.blending and choice.style["left_arm"] == PartSpec("proud")
+    choice.blending = True
+    choice.pick_next(1)
+    assert not choice.blending
+
+
+def test_parts_that_differ_are_mixed_and_tenths_are_added_to_each():
+    choice = StyleChoice(["old", "proud"])
+    choice.restore({"left_arm": ("old", 0.4, "proud", 0.2), "right_arm": ("old", 1.4, "proud", 0.2), "spine": "old"})
+    choice.pick("arms")
+    assert choice.strengths_differ and not choice.shares_differ and choice.strength == pytest.approx(0.9)
+    choice.change_strength(2)
+    assert [choice.style[part].strength for part in choice.parts] == [0.6, MAX_STRENGTH]
+    choice.blending = True
+    choice.change_strength(-3)
+    assert [choice.style[part].share for part in choice.parts] == [0.0, 0.0]
+    choice.set_strength(0.5)
+    assert not choice.strengths_differ and choice.strength == 0.5 and choice.style["spine"].strength == 1.0
+    choice.pick("legs")
+    assert not choice.strengths_differ and choice.strength == 1.0
+
+
+@pytest.mark.parametrize("everything", [False, True])
+def test_a_reset_is_to_full_strength(everything):
+    choice = StyleChoice(["old"])
+    choice.choose("old")
+    choice.set_strength(0.3)
+    choice.pick("spine")
+    choice.reset(everything)
+    choice.choose("old")
+    assert choice.strength == 1.0
+    choice.pick("left_arm")
+    choice.choose("old")
+    assert choice.strength == (1.0 if everything else 0.3)
+
+
+def test_another_style_has_the_strength_that_the_slider_shows():
+    choice = StyleChoice(["old", "proud"])
+    choice.restore({"all": ("old", 0.8)})
+    choice.choose("proud")
+    assert {spec.strength for spec in choice.style.values()} == {0.8}
+
+
+def test_a_style_that_is_worn_takes_the_place_of_a_blend():
+    choice = StyleChoice(["old", "proud"])
+    choice.restore({"all": ("old", 0.8, "proud", 0.5)})
+    choice.blending = True
+    choice.pick("all")
+    choice.wear("proud")
+    assert not choice.blending and set(choice.style.values()) == {PartSpec("proud", 0.8)}
+
+
+def test_a_style_of_the_user_s_is_renamed_wherever_it_is():
+    choice = StyleChoice(["limp", "old"], users_own=["limp"])
+    choice.restore({"left_arm": ("limp", 0.5), "spine": ("old", 1.0, "limp", 0.5)})
+    choice.rename("limp", "stroll")
+    assert choice.styles == ("old", "stroll") and choice.users_own == {"stroll"}
+    assert choice.style == {"left_arm": ("stroll", 0.5), "spine": ("old", 1.0, "stroll", 0.5)}
+
+
 def test_a_search_leaves_what_holds_its_letters():
     choice = StyleChoice(["marching", "masculine", "old"])
     choice.search = "MA"

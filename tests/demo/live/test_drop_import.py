@@ -210,14 +210,6 @@ def test_many_files_are_named_shortly():
     assert describe_file([Path("x/a.bvh"), *[Path("b.bvh")] * 7]) == "a.bvh and 7 more files"
 
 
-def test_the_same_file_again_gets_another_name(live, limp, tmp_path):
-    for _ in range(2):
-        drop(live, limp)
-        finish(live)
-    assert {"My-limp", "My-limp-2"} <= set(live.choice.styles) and live.choice.name == "My-limp-2"
-    assert len(list((tmp_path / "user").iterdir())) == 2
-
-
 BROKEN = {
     "notes.txt": ("hello", "notes.txt cannot be a style: drop a motion as a .bvh, .glb or SMPL .npz file"),
     "empty.bvh": ("", "empty.bvh is not a whole BVH file: it has no MOTION line"),
