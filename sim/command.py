@@ -15,8 +15,8 @@ GAIT_SPEEDS = {"walk": 1.3, "run": 3.5, "crouch": 1.0}  # metres a second at ful
 def check_pair(name: str, value: object) -> None:
     """Raises ValueError for what is not two finite numbers."""
     try:
-        x, z = value  # type: ignore[misc]
-        if math.isfinite(x) and math.isfinite(z):
+        x, z = (float(each) for each in value)  # type: ignore[attr-defined]
+        if not isinstance(value, str) and math.isfinite(x) and math.isfinite(z):
             return
     except (TypeError, ValueError):
         pass

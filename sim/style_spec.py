@@ -87,12 +87,11 @@ class StyleSpec(Mapping[str, PartSpec]):
     def renamed(self, name: str, new: str) -> "StyleSpec":
         """This spec where a style is called something else."""
 
-        def called(each: str | None) -> str | None:
-            return new if each == name else each
-
-        return StyleSpec(
-            {part: spec._replace(name=called(spec.name), other=called(spec.other)) for part, spec in self.items()}
-        )
+        parts = {}
+        for part, spec in self.items():
+            first, *other = (new if each == name else each for each in spec.names)
+            parts[part] = PartSpec(first, spec.strength, *other, *[spec.share] * len(other))
+        return StyleSpec(parts)
 
     def to_json(self) -> dict[str, list[str | float]]:
         """Part -> list, as recordings and presets hold it."""

@@ -3,7 +3,7 @@
 import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Mapping, Sequence
+from typing import TYPE_CHECKING, Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -32,16 +32,24 @@ class Takeaway:
     in_place: bool = False
 
 
+Progress = Callable[[float], object]  # told how much is done, 0 .. 1
+
+
+def ignore(share: float) -> None:
+    """For whoever does not want to know how much is done."""
+
+
 @dataclass(frozen=True)
 class Result:
     """A finished replay: its frames, how long their stages took, the seconds before the first, what was walked on
-    (None: level floor), and how it is written."""
+    (None: level floor), and how it is written. progress: told, while a video is drawn, how much of it is, 0 .. 1."""
 
     frames: Sequence[Frame]
     latency: Latency
     startup_s: float
     ground: Ground | None = None
     takeaway: Takeaway = field(default_factory=Takeaway)
+    progress: Progress = ignore
 
 
 def write_bvh(path: Path, result: Result) -> None:
@@ -111,7 +119,7 @@ def write_video(path: Path, result: Result) -> None:
 
     try:
         with atomic_write(path) as temporary:
-            video.render(temporary, result.frames, result.latency, result.ground)
+            video.render(temporary, result.frames, result.latency, result.ground, result.progress)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 

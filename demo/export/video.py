@@ -9,6 +9,7 @@ import numpy as np
 from PIL import Image
 from tqdm import tqdm
 
+from demo.export.export import Progress, ignore
 from demo.figure.colours import worn
 from demo.render.renderer import Renderer
 from demo.render.view import View
@@ -47,25 +48,37 @@ def has_ffmpeg() -> bool:
     return True
 
 
-def render(path: Path, frames: Sequence[Frame], latency: Latency, ground: Ground | None = None) -> None:
+def render(
+    path: Path,
+    frames: Sequence[Frame],
+    latency: Latency,
+    ground: Ground | None = None,
+    progress: Progress = ignore,
+) -> None:
     """Writes the frames, on a ground, as a video in real time: every one in an .mp4, every GIF_STEP-th in a .gif.
 
-    Drawing is timed as the stage `render`. Raises ValueError where OpenGL is missing or ffmpeg gives up."""
+    progress: told after each picture how much is drawn, 0 .. 1. Drawing is timed as the stage `render`. Raises ValueError where OpenGL is missing or ffmpeg gives up."""
     if path.suffix.lower() == ".gif":
-        write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency, ground))
+        write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency, ground, progress))
     else:
-        _write_mp4(path, _pictures(frames, SIZE, 1, latency, ground))
+        _write_mp4(path, _pictures(frames, SIZE, 1, latency, ground, progress))
 
 
 def _pictures(
-    frames: Sequence[Frame], size: tuple[int, int], step: int, latency: Latency, ground: Ground | None
+    frames: Sequence[Frame],
+    size: tuple[int, int],
+    step: int,
+    latency: Latency,
+    ground: Ground | None,
+    progress: Progress,
 ) -> Generator[np.ndarray, None, None]:
     """Every step-th frame as (height, width, 3) uint8."""
     view = View(ground=ground)
     view.jump_to(frames[0])
     with _open(size) as window:
         renderer = Renderer(window.size)
-        for frame in tqdm(frames[::step], "video", unit="frame", leave=False, disable=not sys.stderr.isatty()):
+        drawn = tqdm(frames[::step], "video", unit="frame", leave=False, disable=not sys.stderr.isatty())
+        for number, frame in enumerate(drawn, 1):
             view.panels = (panels.parts(worn(frame)),)
             view.make_room(size)
             view.follow(frame, step / FPS)
@@ -73,6 +86,7 @@ def _pictures(
                 window.bind()
                 renderer.draw(frame, view)
                 picture = window.read_pixels()  # waits until it is drawn
+            progress(min(1.0, number * step / len(frames)))
             yield picture
 
 

@@ -49,9 +49,9 @@ def export(live: "Live") -> None:
     """Begins to write the last ten seconds as BVH, glTF and video into the current folder."""
     if live.takes.busy:
         live.say("the last export is still being written; press F9 again when it is done")
-    elif live.takes.frames and live.guard(
-        lambda: live.takes.export(new_file(*export_jobs.ENDINGS).with_suffix(""), live.session.ground)
-    ):
+    elif not live.takes.frames:
+        live.say("there is nothing to export yet")
+    elif live.guard(lambda: live.takes.export(new_file(*export_jobs.ENDINGS).with_suffix(""), live.session.ground)):
         live.say(f"exporting the last {len(live.takes.frames) / FPS:.1f} s as BVH, glTF and video")
 
 

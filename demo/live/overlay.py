@@ -75,6 +75,7 @@ def _main_panels(live: "Live") -> Iterator[hud.Panel]:
         live.devices.facing_held,
         live.devices.crouching,
         live.recorder,
+        live.takes.progress,
     )
     if live.hints.text:
         yield panels.line(live.hints.text, "bottom")

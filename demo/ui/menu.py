@@ -39,7 +39,7 @@ class Menu:
             )
         controls = [control for control in CONTROLS if control.menu == self.page]
         return tuple(
-            Row(control.help, action, *other[:1], key=self._bindings.shown(action))
+            Row(control.help, action, "".join(other[:1]), self._bindings.shown(action))
             for control in controls
             for action, *other in [control.keys]
         )

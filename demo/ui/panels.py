@@ -221,10 +221,11 @@ def status(
     facing_held: bool,
     crouching: bool,
     recorder: object,
+    exported: float | None = None,
 ) -> Panel:
     """The line below the figure: stylizer, ground, what pictures cost or why the world is slow, and what is going on.
 
-    simpler: whether the picture is simpler than it could be."""
+    simpler: whether the picture is simpler than it could be. exported: how much of an export is written, 0 .. 1."""
     cells = [Cell(f"stylizer: {stylizer}"), Cell(f"ground: {Path(ground).name}", FAINT)]
     times = (
         f"{figures.rate:.0f} pictures/s",
@@ -238,6 +239,8 @@ def status(
         cells.append(Cell("crouching: J to stand up", ACCENT))
     if recorder:
         cells.append(Cell("recording: R to stop", INK, ALERT))
+    if exported is not None:
+        cells.append(Cell(f"exporting: {exported:.0%}", INK, ACCENT))
     return Panel((Flow(tuple(cells)),), "bottom")
 
 

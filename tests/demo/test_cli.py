@@ -242,7 +242,7 @@ def test_a_replay_walks_on_the_recording_s_ground_or_on_the_one_that_is_asked_fo
 def test_the_video_of_a_replay_shows_its_ground(folder, fake_models, monkeypatch):
     shown = []
     monkeypatch.setattr("demo.export.video.check", lambda path: None)
-    monkeypatch.setattr("demo.export.video.render", lambda path, *what: (path.touch(), shown.append(what[-1])))
+    monkeypatch.setattr("demo.export.video.render", lambda path, *what: (path.touch(), shown.append(what[2])))
     assert cli.main("replay good.jsonl --headless --ground rough --video out.gif".split()) == 0
     assert shown == [load_ground("rough")]
 

@@ -99,7 +99,9 @@ def test_f9_exports_the_last_ten_seconds(screen, monkeypatch):
     live, _ = play(screen, {0: [key("w")], 40: [key("f9"), key("f9")]}, seconds=0.75, session=session)
     assert sum("still being written" in text for _, text, _ in live.toasts) == 1
     assert live.frames == 45, "the walk goes on"
+    assert live.takes.progress is not None
     written = live.takes.finished(wait=True)
+    assert live.takes.progress is None and live.takes._done.value == (0 if written.problems else 1)
     capture.show_written(live, written)
     paths = {path.suffix: path for path in Path.cwd().iterdir()}
     assert set(written.files) == set(live.files) == set(paths.values()) and {".bvh", ".glb"} <= set(paths)
@@ -118,6 +120,38 @@ def test_what_cannot_be_exported_is_said_and_the_rest_is_written(screen, tmp_pat
     written = export_jobs.write_all(frames, tmp_path / "take")
     assert tmp_path / "take.bvh" in written.files and tmp_path / "take.glb" not in written.files
     assert written.problems[0].startswith("no glb: ")
+
+
+def test_whatever_goes_wrong_with_one_kind_is_said(screen, tmp_path, monkeypatch):
+    def fail(path, result):
+        raise RuntimeError("the graphics driver refused")
+
+    frames = [fake_session().step(command) for command in [recording.Command()] * 5]
+    monkeypatch.setitem(export_jobs.export.WRITERS, "video", fail)
+    written = export_jobs.write_all(frames, tmp_path / "take")
+    assert {path.suffix for path in written.files} == {".bvh", ".glb"}
+    assert written.problems == ("no video: the graphics driver refused",)
+
+
+def test_an_export_says_how_much_of_it_is_done(screen, tmp_path):
+    frames, said = [fake_session().step(command) for command in [recording.Command()] * 5], []
+    written = export_jobs.write_all(frames, tmp_path / "take", progress=said.append)
+    assert said == ([] if written.problems else sorted(said)) and (written.problems or said[-1] == 1)
+
+
+def test_an_export_that_dies_is_said_and_the_walk_goes_on(monkeypatch, tmp_path):
+    jobs = export_jobs.ExportJobs()
+    jobs.frames.append(lambda: "what cannot be sent to another process")
+    jobs.export(tmp_path / "take")
+    written = jobs.finished(wait=True)
+    assert written.files == () and written.problems[0].startswith("the export stopped: ")
+
+
+def test_before_there_is_a_frame_nothing_is_exported(screen):
+    live, _ = play(screen, {}, seconds=0.05)
+    live.takes.frames.clear()
+    live.do("export")
+    assert live.toasts[-1][1] == "there is nothing to export yet" and not live.takes.busy
 
 
 def test_an_export_is_finished_before_the_program_ends(screen, capsys):
