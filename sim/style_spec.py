@@ -90,7 +90,7 @@ class StyleSpec(Mapping[str, PartSpec]):
         parts = {}
         for part, spec in self.items():
             first, *other = (new if each == name else each for each in spec.names)
-            parts[part] = PartSpec(first, spec.strength, *other, *[spec.share] * len(other))
+            parts[part] = PartSpec(first, spec.strength, other[0] if other else None, spec.share)
         return StyleSpec(parts)
 
     def to_json(self) -> dict[str, list[str | float]]:
