@@ -1,6 +1,7 @@
 """`patchwalk` alone: the live window, or, where none can be opened, the bundled recording replayed into out/."""
 
 import argparse
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -49,8 +50,14 @@ def run(args: argparse.Namespace) -> int:
         from demo.state import user_bindings
         from demo.state.presets import Presets
 
-        bindings, presets = user_bindings.load(), Presets()  # first: a mistake in a file is said before anything opens
-        session = assemble.build_session(args.stylizer)
+        with warnings.catch_warnings(
+            record=True
+        ) as caught:  # what of the user's cannot be read is said in the window too
+            warnings.simplefilter("always")
+            bindings, presets = user_bindings.load(), Presets()
+            session = assemble.build_session(args.stylizer)
+        for warning in caught:
+            warnings.warn(warning.message, stacklevel=1)
         try:
             report = run_live(
                 session,
@@ -60,6 +67,7 @@ def run(args: argparse.Namespace) -> int:
                 presets=presets,
                 stream=stream,
                 ground=ground,
+                notes=[str(warning.message) for warning in caught],
             )
         except (NoDisplay, NoGL) as error:
             reason = str(error)

@@ -31,7 +31,6 @@ class Takeaway:
     rate: int = FPS
     in_place: bool = False
 
-
 Progress = Callable[[float], object]  # told how much is done, 0 .. 1
 
 

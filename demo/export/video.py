@@ -57,7 +57,8 @@ def render(
 ) -> None:
     """Writes the frames, on a ground, as a video in real time: every one in an .mp4, every GIF_STEP-th in a .gif.
 
-    progress: told after each picture how much is drawn, 0 .. 1. Drawing is timed as the stage `render`. Raises ValueError where OpenGL is missing or ffmpeg gives up."""
+    progress: told after each picture how much is drawn, 0 .. 1. Drawing is timed as the stage `render`. Raises
+    ValueError where OpenGL is missing or ffmpeg gives up."""
     if path.suffix.lower() == ".gif":
         write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency, ground, progress))
     else:

@@ -75,16 +75,19 @@ def run_live(
     presets: Presets | None = None,
     stream: Sender | None = None,
     ground: str | None = None,
+    notes: Sequence[str] = (),
 ) -> LiveReport:
     """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
 
     styles: the names to choose from. attract: commands that are played, over and over, until somebody touches a
-    control. stream: where each frame is sent as it is made. ground: its name, or its map's path. Raises NoDisplay or
-    NoGL where no window can be had, ValueError or OSError where that is no ground; what goes wrong later is shown on
-    screen."""
+    control. stream: where each frame is sent as it is made. ground: its name, or its map's path. notes: sentences that
+    are shown at the start. Raises NoDisplay or NoGL where no window can be had, ValueError or OSError where that is no
+    ground; what goes wrong later is shown on screen."""
     presets = presets or Presets()
     with window or open_window() as window:
         live = Live(session, styles, window, recorder_factory, clock, attract, bindings, presets, stream, ground)
+        for note in notes:
+            live.say(note, ALERT)
         if stream:
             live.say(f"streaming poses to {stream.address[0]}:{stream.address[1]} (VMC)")
         try:

@@ -36,19 +36,26 @@ def path() -> Path:
 def load(file: Path | None = None) -> Bindings:
     """The user's bindings, or the built-in ones where there is no file.
 
-    A name that the file gives to an action is taken from the action that has it in the table. Raises ValueError, naming
-    the line or the field, for a file with a mistake."""
+    A name that the file gives to an action is taken from the action that has it in the table. What has a mistake counts
+    for nothing, with a warning that names the line or the field."""
     file = file or path()
     if not file.exists():
         return DEFAULT
     try:
         content = read_toml(file)
-    except ValueError as error:
-        raise ValueError(f"{error}; `patchwalk keys` prints one that is right") from None
+    except (ValueError, OSError) as error:
+        reason = f"{file}: {error.strerror}" if isinstance(error, OSError) else error
+        warnings.warn(
+            f"{reason}; the built-in keys count until you mend it, and `patchwalk keys` prints them", stacklevel=2
+        )
+        return DEFAULT
     bindings = DEFAULT
     for section, entries in content.items():
         if section not in DEVICES or not isinstance(entries, dict):
-            raise ValueError(f"{file}: unknown section '{shorten(section)}'; there are [{'], ['.join(DEVICES)}]")
+            warnings.warn(
+                f"{file}: unknown section '{shorten(section)}'; there are [{'], ['.join(DEVICES)}]", stacklevel=2
+            )
+            continue
         table = _laid_over(getattr(DEFAULT, DEVICES[section]), entries, section, file)
         bindings = replace(bindings, **{DEVICES[section]: table})
     return bindings
@@ -70,41 +77,48 @@ def template(bindings: Bindings = DEFAULT) -> str:
 
 
 def _laid_over(table: dict[str, Names], entries: dict, section: str, file: Path) -> dict[str, Names]:
+    own: dict[str, Names] = {}
     taken: dict[str, str] = {}
     for action, names in entries.items():
-        where = f"{file}, [{section}] {shorten(action)}"
-        if action not in table:
-            near = get_close_matches(action, table, 1)
-            raise ValueError(
-                f"{where}: there is no such action; "
-                + (f"did you mean '{near[0]}'?" if near else "`patchwalk keys` lists them all")
-            )
-        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            raise ValueError(f'{where}: give a list of names, such as {action} = ["{(table[action] or ("w",))[0]}"]')
-        for name in names:
-            _check(name, section, where)
-            if name in taken and {action, taken[name]} != {"touch", "orbit"}:  # one button clicks and drags
-                raise ValueError(f"{where}: '{name}' is given to {taken[name]} already; leave it out of one of them")
-            taken[name] = action
-    own = {action: tuple(names) for action, names in entries.items()}
+        try:
+            _check_entry(action, names, table, section, taken)
+        except ValueError as error:
+            warnings.warn(f"{file}, [{section}] {shorten(action)}: {error}", stacklevel=3)
+            continue
+        own[action] = tuple(names)
+        taken |= dict.fromkeys(names, action)
     return {
         action: own.get(action, tuple(name for name in names if name not in taken)) for action, names in table.items()
     }
 
 
-def _check(name: str, section: str, where: str) -> None:
+def _check_entry(action: str, names: object, table: dict[str, Names], section: str, taken: dict[str, str]) -> None:
+    """Raises ValueError for a line that cannot count; taken: names that lines before it gave to actions."""
+    if action not in table:
+        near = get_close_matches(action, table, 1)
+        hint = f"did you mean '{near[0]}'?" if near else "`patchwalk keys` lists them all"
+        raise ValueError(f"there is no such action; {hint}")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f'give a list of names, such as {action} = ["{(table[action] or ("w",))[0]}"]')
+    for name in names:
+        _check(name, section)
+        if name in taken and {action, taken[name]} != {"touch", "orbit"}:  # one button clicks and drags
+            raise ValueError(f"'{name}' is given to {taken[name]} already; leave it out of one of them")
+
+
+def _check(name: str, section: str) -> None:
     plain = name
     for prefix in PREFIXES[section]:
         plain = plain.removeprefix(prefix)
     known = {"gamepad": PAD, "mouse": MOUSE}.get(section)
     if known is not None and plain not in known:
-        raise ValueError(f"{where}: there is no '{shorten(name)}'; use {', '.join(known)}")
+        raise ValueError(f"there is no '{shorten(name)}'; use {', '.join(known)}")
     if known is None:
         try:
             with warnings.catch_warnings(action="ignore"):  # pygame doubts its own answer before a window is open
                 pygame.key.key_code(plain)
         except ValueError:
             raise ValueError(
-                f"{where}: there is no key '{shorten(name)}'; use names such as w, space, left shift, f5, "
+                f"there is no key '{shorten(name)}'; use names such as w, space, left shift, f5, "
                 "page up, keypad 1, ctrl+1"
             ) from None

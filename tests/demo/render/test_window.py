@@ -4,6 +4,7 @@ mode."""
 import json
 import random
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pygame
@@ -296,17 +297,42 @@ def test_bundled_presets_use_bundled_styles(tmp_path):
         ),
     ],
 )
-def test_a_bad_presets_file_is_refused_and_left_alone(tmp_path, content, said):
+def test_of_a_bad_presets_file_the_rest_is_there_and_nothing_is_lost(tmp_path, content, said):
     path = tmp_path / "presets.json"
     path.write_text(content)
-    with pytest.raises(ValueError, match="presets.json") as error:
-        Presets(path)
-    assert said in str(error.value) and "\n" not in str(error.value) and path.read_text() == content
+    with pytest.warns(UserWarning, match="presets.json") as caught:
+        presets = Presets(path)
+    (warning,) = caught
+    assert said in str(warning.message) and "\n" not in str(warning.message) and "mend it" in str(warning.message)
+    assert path.read_text() == content
+    presets.save(8, StyleSpec({"spine": "old"}))
+    assert Presets(path).slots == presets.slots and presets.slots[8][0] == "old spine"
+    assert (tmp_path / "presets-1.json").read_text() == content
+    presets.save(8, StyleSpec())
+    assert not (tmp_path / "presets-2.json").exists(), "there is nothing else to keep"
+
+
+def test_presets_that_cannot_be_opened_are_the_bundled_ones(tmp_path):
+    (tmp_path / "presets.json").mkdir()
+    with pytest.warns(UserWarning, match="presets.json: Is a directory; mend it"):
+        assert Presets(tmp_path / "presets.json").slots == Presets(tmp_path / "none.json").slots
+
+
+def test_a_slot_with_a_mistake_takes_no_other_with_it(tmp_path):
+    good, bad = {"name": "a", "style": {"legs": ["old", 1.0]}}, {"name": "b", "style": {"tail": None}}
+    path = tmp_path / "presets.json"
+    path.write_text(json.dumps({"format": "patchwalk-presets", "slots": {"1": bad, "2": good}}))
+    with pytest.warns(UserWarning, match="slot 1: unknown body part"):
+        assert list(Presets(path).slots) == [2]
 
 
 def test_names_of_what_is_worn():
     legs, arms = (dict.fromkeys(GROUPS[group], ("old", 1.0)) for group in ("legs", "arms"))
     assert describe(StyleSpec()) == "no style"
+    many = {part: (f"{'x' * 12}{number}", 1.0) for number, part in enumerate(PART_NAMES)}
+    assert describe(StyleSpec(many)) == "xxxxxxxxxxxx0 and 4 more"
+    few = {part: ("tired" if "leg" in part else "not-confident", 1.0) for part in ("left_leg", "spine", "right_arm")}
+    assert describe(StyleSpec(few)) == "tired, not-confident"
     assert describe(StyleSpec({**legs, "spine": ("sad", 1.0, "old", 0.5)})) == "old legs, sad and old spine"
     assert describe(StyleSpec({**legs, **arms, "spine": ("old", 0.5)})) == "old"
     assert describe(StyleSpec({"left_arm": "old"})) == "old left arm"
@@ -434,8 +460,8 @@ def test_keys_of_the_users_own(window, tmp_path):
     file.write_text(
         '[keys]\ntwin = ["q", "ctrl+t"]\n[mouse]\norbit = ["right"]\nrandom = ["middle"]\n[gamepad]\ntwin = ["x"]\n'
     )
-    with pytest.raises(ValueError, match=r"\[mouse\] random: there is no such action"):
-        user_bindings.load(file)
+    with pytest.warns(UserWarning, match=r"\[mouse\] random: there is no such action"):
+        assert user_bindings.load(file).pad["twin"] == ("x",), "the rest counts"
     file.write_text(file.read_text().replace('random = ["middle"]\n', ""))
     file.write_text(file.read_text().replace("[mouse]", "pick_left_leg = []\nforward = []\n[mouse]"))
     table = user_bindings.load(file)
@@ -473,9 +499,11 @@ def test_the_template_is_what_it_says(tmp_path):
 def test_a_bad_file_of_bindings_is_one_sentence(tmp_path, content, said):
     file = tmp_path / "keys.toml"
     file.write_text(content)
-    with pytest.raises(ValueError, match="keys.toml") as error:
-        user_bindings.load(file)
-    assert said in str(error.value) and "\n" not in str(error.value)
+    with pytest.warns(UserWarning, match="keys.toml") as caught:
+        bindings = user_bindings.load(file)
+    (warning,) = caught
+    assert said in str(warning.message) and "\n" not in str(warning.message)
+    assert bindings == DEFAULT
 
 
 def test_the_command_writes_the_file_once(tmp_path, monkeypatch, capsys):
@@ -485,13 +513,21 @@ def test_the_command_writes_the_file_once(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("name, content", [("keys.toml", "[keys]\ntwn = []\n"), ("presets.json", "[]")])
-def test_a_mistake_in_the_users_files_is_said_before_a_window_opens(tmp_path, monkeypatch, capsys, name, content):
+def test_a_mistake_in_the_users_files_stops_nothing_and_is_said(tmp_path, monkeypatch, capsys, name, content):
+    shown = []
+
+    def run_live(*_, notes, **__):
+        shown.extend(notes)
+        return SimpleNamespace(files=[])
+
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path))
     monkeypatch.setenv("SDL_VIDEODRIVER", "offscreen")
+    monkeypatch.setattr("demo.live.live.run_live", run_live)
+    monkeypatch.setattr("demo.assemble.build_session", lambda *_: fake_session())
     (tmp_path / name).write_text(content)
-    assert cli.main([]) == 2
+    assert cli.main([]) == 0
     error = capsys.readouterr().err
-    assert error.count("\n") == 1 and name in error
+    assert error.count("\n") == 1 and name in error and len(shown) == 1 and name in shown[0]
 
 
 def test_readme_shows_the_keys_that_there_are():
