@@ -100,7 +100,8 @@ def shorten(text: str, width: float, size: float = TEXT) -> str:
 
 
 def wrap(text: str, width: float, size: float = TEXT) -> list[str]:
-    """The text in lines of `width` units at most: from word to word, and where one is longer, within it."""
+    """The text in lines of `width` units at most: from word to word, and where one is longer, within it, after a
+    hyphen if there is one."""
     lines: list[str] = []
     for word in text.split():
         longer = f"{lines[-1]} {word}" if lines else word
@@ -111,7 +112,8 @@ def wrap(text: str, width: float, size: float = TEXT) -> list[str]:
         while text_width(lines[-1], size) > width and len(lines[-1]) > 1:
             word = lines.pop()
             fits = next(end for end in range(len(word) - 1, 0, -1) if end == 1 or text_width(word[:end], size) <= width)
-            lines += [word[:fits], word[fits:]]
+            parted = 1 + max(word.rfind(mark, 0, fits) for mark in "-_/")
+            lines += [word[: parted or fits], word[parted or fits :]]
     return lines
 
 

@@ -169,9 +169,9 @@ def _style_lines(choice: StyleChoice, room: float) -> list[tuple[str, Colour, fl
     for part in PART_NAMES:
         spec = choice.style.get(part)
         picked = part in choice.parts
-        lines.append((readable(part), INK if picked else FAINT, SMALL))
-        text = f"{spec_text(spec)} {spec.strength:.0%}" if spec else OWN
-        lines += [(line, INK if picked else FAINT, SMALL) for line in wrap(text, room, SMALL)]
+        words = wrap(f"{spec_text(spec)} {spec.strength:.0%}", room, SMALL) if spec else []
+        name = readable(part) if spec else f"{readable(part)}: {OWN}"
+        lines += [(line, INK if picked else FAINT, SMALL) for line in (name, *words)]
     return lines
 
 

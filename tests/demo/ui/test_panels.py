@@ -7,11 +7,12 @@ from demo.state.bindings import DEFAULT
 from demo.state.presets import Presets
 from demo.state.style_choice import StyleChoice
 from demo.ui import help, hud, layout, panels
-from demo.ui.canvas import ACCENT, SMALL, Canvas, shorten, text_width
+from demo.ui.canvas import ACCENT, SMALL, Canvas, shorten, text_width, wrap
 from demo.ui.menu import Menu
 from demo.ui.plots import FRAMES, STAGES, Dial, Times
 from demo.ui.text import Flow, Sentence
 from demo.ui.widgets import LEAST_SHOWN, Cell, Choice, Choices, Region
+from sim.body.skeleton import PART_NAMES
 from sim.latency import Latency
 from sim.style_spec import PartSpec
 from tests.support.fakes import Walker
@@ -133,3 +134,34 @@ def test_times_show_the_newest_frames_last():
     few.seconds["controller"].extend([0.001, 0.002])
     columns = Times.of(few).columns
     assert len(columns) == FRAMES and [column[0] for column in columns[-3:]] == [0.0, 1.0, 2.0]
+
+
+def test_a_word_that_is_too_long_goes_on_after_a_hyphen_or_anywhere():
+    lines = wrap("a-name-of-some-length and others", 90)
+    assert lines[0].endswith("-") and all(text_width(line) <= 90 for line in lines)
+    assert "".join(lines).replace(" ", "") == "a-name-of-some-lengthandothers"
+    assert "".join(wrap("x" * 100, 50)) == "x" * 100 and wrap("", 50) == []
+
+
+@pytest.mark.parametrize("name", ["x" * 40, "not-confident", "a-name-as-long-as-a-style-can-have-it-40x"[:40]])
+def test_names_and_strengths_are_never_cut(name):
+    """Every letter of them is drawn, in the list, beside the body, in a preset and in the line where it is renamed."""
+    drawn = []
+
+    class Seen(Canvas):
+        def text(self, text, *where, **how):
+            drawn.append(text)
+
+    choice = StyleChoice((name, "old"), users_own=(name,))
+    choice.restore({part: (name, 1.25, "old", 0.5) for part in PART_NAMES})
+    slots = Presets(None)
+    slots.slots = {1: (f"{name} and 4 more", choice.style)}
+    for panel in (panels.style_panel(choice, True, False, (name, name)), panels.presets(slots)):
+        for placed in layout.place((panel,), (1280, 720)):
+            (width, height), boxes = placed.panel.size(), hud._layout(placed.panel)[1]
+            canvas = Seen(width, height, 1)
+            for widget, box in zip(placed.panel.widgets, boxes, strict=True):
+                widget.paint(canvas, box)
+    seen = "".join(drawn).replace(" ", "")
+    assert not any("…" in text for text in drawn)
+    assert seen.count(f"{name}›50%old125%") == 5 and f"{name}and4more" in seen and drawn.count(name) >= 2
