@@ -169,8 +169,10 @@ class Live:
     def run(self, seconds: float | None, sleep: Callable[[float], None]) -> None:
         """Each turn: events, the simulated frames that are due, one picture; then sleep until the next is due."""
         last = None if seconds is None else round(seconds * FPS)
+        begun, said, self.toasts = self.clock(), self.toasts, []
         self.step()
         self.draw()  # the first picture is slow: drivers finish compiling with it, so the clock starts after
+        self.toasts = [(until + self.clock() - begun, text, colour) for until, text, colour in said] + self.toasts
         gc.collect()
         gc.freeze()  # what the window is made of is here to stay: the collector need not walk it between two pictures
         due_at = self.clock() + FRAME_SECONDS

@@ -295,3 +295,11 @@ def test_there_may_be_no_other_stylizer(screen, monkeypatch):
 def test_a_run_goes_on_where_the_bank_refuses_the_first_frame(screen):
     live, _ = play(screen, {}, 0.1, attract=[Command(style={"spine": "gone"})])
     assert live.frames == 6 and live.frame is not None and "gone" in live.toasts[0][1]
+
+
+def test_what_is_said_at_the_start_stays_however_long_the_first_picture_takes(screen):
+    clock = Clock([600.0])
+    live = Live(fake_session(), STYLES, clock.on(screen), clock=clock)
+    live.say("a file of yours is left out")
+    live.run(0.5, clock.sleep)
+    assert live.toasts[0][1] == "a file of yours is left out"
