@@ -10,6 +10,7 @@ from sim.body.pose import Pose
 from sim.command import Command, Commands
 from sim.feet.foot_lock import FootLock
 from sim.ground.ground import Ground
+from sim.hands.hand_clearance import HandClearance
 from sim.latency import Latency
 from sim.motion.feature_window import RingBuffer
 from sim.motion.playback_pace import OWN_PACE, Pace, PaceFollower
@@ -67,7 +68,8 @@ class Session(Generic[S]):
         self.restart()
 
     def _begin(self) -> None:
-        self.history, self.foot_lock, self.pace = RingBuffer(), FootLock(self.ground), PaceFollower()
+        self.history, self.pace = RingBuffer(), PaceFollower()
+        self.foot_lock, self.hand_clearance = FootLock(self.ground), HandClearance()
 
     @property
     def stylizer(self) -> S:
@@ -97,7 +99,7 @@ class Session(Generic[S]):
         return Session(self.controller.crowd(count), self.stylizer.crowd(count), ground=self.ground)
 
     def step(self, command: Command | Commands) -> Frame:
-        """command -> controller -> ring buffer -> stylizer -> foot lock -> frame."""
+        """command -> controller -> ring buffer -> stylizer -> foot lock, hand clearance -> frame."""
         stage = self.latency.stage
         with stage("frame"):
             with stage("controller"):
@@ -111,6 +113,7 @@ class Session(Generic[S]):
             with stage("foot_lock"):
                 if styled.is_finite():
                     styled = self.foot_lock.step(styled, neutral, self.stylizer.leg_strengths(), command.pace)
+                    styled = self.hand_clearance.step(styled)
             if not styled.is_finite():
                 styled = self._heal(neutral)
         return Frame(command, neutral, styled)
