@@ -1,5 +1,5 @@
-"""The body as a few capsules fixed to its joints: as thick as the figure that is drawn, for whatever must not go through
-it, or takes light from it."""
+"""The body as a few capsules fixed to its joints: as thick as the figure that is drawn, for what must not go through
+it, and for the light that it takes."""
 
 import numpy as np
 

@@ -73,8 +73,8 @@ class HandClearance:
 
 
 def clear_hands(poses: Pose, shares: np.ndarray) -> Pose:
-    """Many poses, one after the other, with their hands kept out of the body; shares: (2,) how much of that the left and
-    the right arm take, 0 not at all."""
+    """Many poses, one after the other, with their hands kept out of the body; shares: (2,) how much of that the left
+    and the right arm take, 0 not at all."""
     clearance = HandClearance()
     ways = []
     for frame in range(len(poses.hips)):
