@@ -10,6 +10,7 @@ from sim.body.pose import Pose
 from sim.command import Command, Commands
 from sim.feet.foot_lock import FootLock
 from sim.ground.ground import Ground
+from sim.hands.hand_clearance import HandClearance
 from sim.latency import Latency
 from sim.motion.feature_window import RingBuffer
 from sim.motion.playback_pace import OWN_PACE, Pace, PaceFollower
@@ -68,7 +69,8 @@ class Session(Generic[S]):
         self.restart()
 
     def _begin(self) -> None:
-        self.history, self.foot_lock, self.pace = RingBuffer(), FootLock(self.ground), PaceFollower()
+        self.history, self.pace = RingBuffer(), PaceFollower()
+        self.foot_lock, self.hand_clearance = FootLock(self.ground), HandClearance()
 
     @property
     def stylizer(self) -> S:
@@ -105,7 +107,7 @@ class Session(Generic[S]):
         return crowd
 
     def step(self, command: Command | Commands) -> Frame:
-        """command -> controller -> ring buffer -> stylizer -> foot lock -> frame.
+        """command -> controller -> ring buffer -> stylizer -> foot lock, hand clearance -> frame.
 
         Raises ValueError for a style that the stylizer does not hold, and where a crowd is not given one command for
         each."""
@@ -123,6 +125,7 @@ class Session(Generic[S]):
             with stage("foot_lock"):
                 if styled.is_finite():
                     styled = self.foot_lock.step(styled, neutral, self.stylizer.leg_strengths(), command.pace)
+                    styled = self.hand_clearance.step(styled)
             if not styled.is_finite():
                 styled = self._heal(neutral)
         return Frame(command, neutral, styled)

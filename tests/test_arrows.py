@@ -39,6 +39,7 @@ ROOMS = {
         "ground",
         "motion",
         "feet",
+        "hands",
         "style_spec",
         "command",
         "latency",

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from demo.figure import body
-from demo.figure.skin import SLACK, Skin, make_skin
+from demo.figure.forms import BIND, VISOR
+from demo.figure.skin import FINE, LIMBS, Skin, load_skin
 from sim.body.pose import Pose
-from sim.body.skeleton import BONE_OFFSETS, JOINT_COUNT, JOINTS, PARENTS, PART_OF_JOINT, REST_HIPS_HEIGHT
+from sim.body.skeleton import BONE_OFFSETS, JOINT_COUNT, JOINTS, PARENTS, PART_NAMES, REST_HIPS_HEIGHT
 from sim.character.glb import ROOT, add_scenery
 from sim.ground.ground import Ground
 from sim.io.atomic_write import atomic_write
@@ -21,8 +21,7 @@ from sim.math import rotations as rot
 from sim.math.vectors import FLOOR, UP
 from sim.motion.clip import FPS, Clip, RootFrame, root_frame
 
-SKIN_CELL = 0.020  # metres, as in the window
-SHADED = 0.45  # share of light that reaches the deepest folds
+SHADED = 0.40  # share of light that reaches the deepest folds
 GLOVES = 0.66  # how much darker gloves and shoes are than their part
 VISOR_SHARPNESS, VISOR_COLOUR = np.array([15.0, 34.0, 15.0]), np.array([0.006, 0.008, 0.013])
 GROUND_MARGIN = 2.0  # metres of uneven ground beyond where the hips go
@@ -128,7 +127,7 @@ def _tracks(
 
 def _primitive(numbers: Numbers, part_colours: np.ndarray) -> dict:
     """The mesh: corners with their joints and weights, colours with the shade of the folds in them."""
-    skin = make_skin(SKIN_CELL)
+    skin = load_skin(FINE)
     positions, normals = in_t_pose(skin)
     weights = skin.weights.astype(np.float32)
     weights /= weights.sum(axis=-1, keepdims=True)
@@ -152,11 +151,11 @@ def _primitive(numbers: Numbers, part_colours: np.ndarray) -> dict:
 def in_t_pose(skin: Skin) -> tuple[np.ndarray, np.ndarray]:
     """Corners and normals (n, 3) that, tied to the joints in the T-pose, give the skin where it was made: arms hang
     near there, and there it has no creases."""
-    to_bind = body.BIND.rotations  # each joint's from the T-pose, in which none is turned
-    weights = np.where(skin.weights < SLACK, 0, skin.weights)
+    to_bind = BIND.rotations  # each joint's from the T-pose, in which none is turned
+    weights = skin.weights
     weights = weights / weights.sum(-1, keepdims=True)
     turns = np.einsum("nt,ntij->nij", weights, rot.to_matrix(to_bind)[skin.joints])
-    shifts = body.BIND.positions - rot.rotate(to_bind, T_POSE.positions)
+    shifts = BIND.positions - rot.rotate(to_bind, T_POSE.positions)
     back = np.linalg.inv(turns)
     moved = skin.positions - np.einsum("nt,ntj->nj", weights, shifts[skin.joints])
     return (back @ moved[..., None])[..., 0], rot.normalize((back @ skin.normals[..., None])[..., 0])
@@ -177,10 +176,10 @@ def ground_around(ground: Ground, hips: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _colours(skin: Skin, part_colours: np.ndarray) -> np.ndarray:
-    """(n, 3) linear light of each corner, as the window's shaders see it (demo/render/shaders.py): squares of display
-    colours."""
-    cloth = part_colours[PART_OF_JOINT] ** 2 * (1 - GLOVES * body.IS_GLOVE[:, None])
-    # of the joint it follows most
-    colours = cloth[skin.joints[:, 0]] * (SHADED + (1 - SHADED) * skin.openness[:, None])
-    off = np.sum(((skin.positions - body.VISOR) * VISOR_SHARPNESS) ** 2, axis=-1, keepdims=True)
+    """(n, 3) linear light of each corner, as the window's shaders see it (demo/render/body_shaders.py): squares of
+    display colours."""
+    limbs, gloves, openness = skin.materials[:, :4], skin.materials[:, 4:5], skin.materials[:, 5:]
+    part = np.where(limbs.sum(axis=1) > 0.5, np.array(LIMBS)[limbs.argmax(axis=1)], PART_NAMES.index("spine"))
+    colours = part_colours[part] ** 2 * (1 - GLOVES * (gloves > 0.5)) * (SHADED + (1 - SHADED) * openness)
+    off = np.sum(((skin.positions - VISOR) * VISOR_SHARPNESS) ** 2, axis=-1, keepdims=True)
     return colours + (VISOR_COLOUR - colours) * np.clip(9 * (1 - off), 0, 1)

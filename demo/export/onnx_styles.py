@@ -31,7 +31,6 @@ from stylizer.runtime.pose_delta import (
 from stylizer.runtime.style_mixer import NEGLIGIBLE, STRENGTH_HALFLIFE
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import LEAST_WEIGHT, NEAREST
-from stylizer.systems.motion_puzzle.joint_config import JointConfig
 from stylizer.systems.motion_puzzle.joint_inference import FastJointInference
 from stylizer.systems.motion_puzzle.style_tensors import pack, unpack
 

@@ -43,7 +43,12 @@ def character_model(character: Character) -> Model:
         np.concatenate(triangles).astype(np.uint32),
         np.concatenate(materials).astype(np.float32),
     )
-    return Model(skin, skin, skin, picture)
+    return Model(skin, skin, skin, picture, _limbs(character, character.rest))
+
+
+def _limbs(character: Character, joints: np.ndarray) -> np.ndarray:
+    """(limbs, 2, 3) both ends of what lies between joints (J, 3) of the body."""
+    return np.stack([joints[character.rig.parents], joints], axis=1)[character.hangs]
 
 
 def _lay_out(materials: tuple[Material, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -125,5 +130,5 @@ class DrawnCharacter:
         """The body in the newest pose, on a plane as Figure has it."""
         assert self._fitted is not None, "a pose comes before a picture"
         bones, positions = self._fitted.bones(self.character), self._fitted.positions
-        limbs = np.stack([positions[self.character.rig.parents], positions], axis=1)[self.character.hangs]
+        limbs = _limbs(self.character, positions)
         return Figure(bones, np.ones((len(PART_NAMES), 4), np.float32), plane, limbs, self.model)

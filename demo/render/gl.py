@@ -1,13 +1,14 @@
 """Small helpers over OpenGL 3.3. Imported only once a window is open: PyOpenGL picks its platform when imported."""
 
-from typing import Any
+from typing import Any, Sequence
 
 import numpy as np
 from OpenGL import GL
 
 
-def program(vertex: str, fragment: str) -> "Program":
-    """Compiles and links. Raises RuntimeError with the driver's log."""
+def program(vertex: str, fragment: str, textures: Sequence[str] = ()) -> "Program":
+    """Compiles and links; textures: the names of its samplers, by the unit that each reads (bind_textures). Raises
+    RuntimeError with the driver's log."""
     handle = GL.glCreateProgram()
     for kind, source in ((GL.GL_VERTEX_SHADER, vertex), (GL.GL_FRAGMENT_SHADER, fragment)):
         shader = GL.glCreateShader(kind)
@@ -20,6 +21,9 @@ def program(vertex: str, fragment: str) -> "Program":
     GL.glLinkProgram(handle)
     if not GL.glGetProgramiv(handle, GL.GL_LINK_STATUS):
         raise RuntimeError(f"the graphics driver refused a program: {GL.glGetProgramInfoLog(handle)}")
+    GL.glUseProgram(handle)
+    for unit, name in enumerate(textures):
+        GL.glUniform1i(GL.glGetUniformLocation(handle, name), unit)
     return Program(handle)
 
 
@@ -78,12 +82,17 @@ class InstanceBuffer(Buffer):
     def __init__(self, first_location: int, widths: tuple[int, ...]) -> None:
         """Feeds attributes `first_location` and on, of the given numbers of floats, to the bound vertex array."""
         super().__init__()
-        offsets = np.concatenate([[0], np.cumsum(widths)]) * 4
-        for i, width in enumerate(widths):
-            location = first_location + i
-            GL.glEnableVertexAttribArray(location)
-            GL.glVertexAttribPointer(location, width, GL.GL_FLOAT, False, int(offsets[-1]), _pointer(offsets[i]))
+        interleave(first_location, widths)
+        for location in range(first_location, first_location + len(widths)):
             GL.glVertexAttribDivisor(location, 1)
+
+
+def interleave(first_location: int, widths: Sequence[int]) -> None:
+    """Feeds the bound buffer, rows of floats, to attributes `first_location` and on of the given numbers of floats."""
+    offsets = np.concatenate([[0], np.cumsum(widths)]) * 4
+    for location, (width, offset) in enumerate(zip(widths, offsets), first_location):
+        GL.glEnableVertexAttribArray(location)
+        GL.glVertexAttribPointer(location, width, GL.GL_FLOAT, False, int(offsets[-1]), _pointer(offset))
 
 
 def attribute(location: int, width: int, offset: int = 0) -> None:
@@ -111,6 +120,45 @@ def texture(width: int, height: int, pixels: bytes | None = None, single: bool =
     ):
         GL.glTexParameteri(GL.GL_TEXTURE_2D, name, value)
     return handle
+
+
+def bind_textures(*handles: int) -> None:
+    """What programs read from unit 0 on."""
+    for unit, handle in reversed(list(enumerate(handles))):
+        GL.glActiveTexture(GL.GL_TEXTURE0 + unit)
+        GL.glBindTexture(GL.GL_TEXTURE_2D, handle)
+
+
+class DepthMap:
+    """A square picture of depths alone. What is read from it is the share of four pixels about a place that lie no
+    nearer than the depth given: 1 beyond its borders."""
+
+    def __init__(self, side: int) -> None:
+        self.side = side
+        self.texture = GL.glGenTextures(1)
+        GL.glBindTexture(GL.GL_TEXTURE_2D, self.texture)
+        kind = (GL.GL_DEPTH_COMPONENT16, side, side, 0, GL.GL_DEPTH_COMPONENT, GL.GL_UNSIGNED_SHORT, None)
+        GL.glTexImage2D(GL.GL_TEXTURE_2D, 0, *kind)
+        for name, value in (
+            (GL.GL_TEXTURE_MIN_FILTER, GL.GL_LINEAR),
+            (GL.GL_TEXTURE_MAG_FILTER, GL.GL_LINEAR),
+            (GL.GL_TEXTURE_WRAP_S, GL.GL_CLAMP_TO_EDGE),
+            (GL.GL_TEXTURE_WRAP_T, GL.GL_CLAMP_TO_EDGE),
+            (GL.GL_TEXTURE_COMPARE_MODE, GL.GL_COMPARE_REF_TO_TEXTURE),
+            (GL.GL_TEXTURE_COMPARE_FUNC, GL.GL_LEQUAL),
+        ):
+            GL.glTexParameteri(GL.GL_TEXTURE_2D, name, value)
+        before = bound_framebuffer()
+        self._handle = GL.glGenFramebuffers(1)
+        GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._handle)
+        GL.glFramebufferTexture2D(GL.GL_FRAMEBUFFER, GL.GL_DEPTH_ATTACHMENT, GL.GL_TEXTURE_2D, self.texture, 0)
+        GL.glDrawBuffer(GL.GL_NONE)
+        GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, before)
+
+    def bind(self) -> None:
+        """Draws go here from now on, and nothing is nearer than anything yet."""
+        bind_framebuffer(self._handle, (self.side, self.side))
+        clear_depth()
 
 
 class Target:

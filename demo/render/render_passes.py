@@ -1,4 +1,5 @@
-"""The passes a picture is made of, each a small class: shadow, sky and ground, marks, bodies, panels.
+"""The passes a picture is made of, each a small class: shadow, sky and ground, marks, panels; that of bodies is in
+demo.render.body_pass.
 
 Imported only once a window is open (see demo/render/gl.py)."""
 
@@ -8,129 +9,16 @@ from typing import Any, Iterator
 import numpy as np
 from OpenGL import GL
 
-from demo.figure.body import VISOR, Figure
-from demo.figure.skin import Skin, make_skin
 from demo.render import gl, shaders
+from demo.render.body_pass import Bodies
 from demo.render.ground_decals import boxes
 from demo.render.ground_mesh import GroundMesh
 from demo.ui.hud import Placed
 from sim.ground.ground import Ground
 
-SKIN_CELL, GHOST_CELL, SHADOW_CELL = 0.022, 0.030, 0.045  # metres: the shadow is blurred, coarser triangles do
 SHADOW_PIXELS = 128
 SHADOW_BLUR = 0.02  # metres between the taps of the blur
-GROUND_COLOUR = (0.75, 0.77, 0.79)  # display colour, about that which the shader gives level ground
-RIM_FACING, HIDDEN_FACING = 0.7, -0.5  # cosines to the eye: far from any outline, and turned away for sure
-
-
-class Bodies:
-    """The figures: a skin each, drawn into the shadow picture and into the scene."""
-
-    def __init__(self) -> None:
-        self._lit = gl.program(shaders.BODY_VERTEX, shaders.BODY_FRAGMENT)
-        self._ghost = gl.program(shaders.BODY_VERTEX, shaders.GHOST_FRAGMENT)
-        self._flat = gl.program(shaders.SHADOW_VERTEX, shaders.SHADOW_FRAGMENT)
-        self._fine, self._medium, self._coarse = map(_Meshes, (SKIN_CELL, GHOST_CELL, SHADOW_CELL))
-
-    def draw_shadow(self, figures: list[Figure], **uniforms: Any) -> None:
-        """Flattens the figures along the light; the darkest place counts, so overlaps do not add up."""
-        GL.glEnable(GL.GL_BLEND)
-        GL.glBlendEquation(GL.GL_MAX)
-        for figure, mesh in zip(figures, self._coarse.posed(figures), strict=True):
-            self._flat.use(plane=figure.plane, **uniforms)
-            mesh.draw()
-        GL.glBlendEquation(GL.GL_FUNC_ADD)
-
-    def draw(self, figures: list[Figure], **uniforms: Any) -> None:
-        """Draws the insides first and then the rims round them, each rim pixel by how much of it the figure covers:
-        smooth edges for little more than the price of one sample."""
-        self._lit.use(visor=VISOR, **uniforms)
-        meshes = self._fine.posed(figures)
-        facings = [mesh.facing(uniforms["eye"]) for mesh in meshes]
-        with _solid():
-            for edges, most in ((False, np.inf), (True, RIM_FACING)):
-                (GL.glEnable if edges else GL.glDisable)(GL.GL_BLEND)
-                GL.glDepthMask(not edges)
-                for figure, mesh, facing in zip(figures, meshes, facings, strict=True):
-                    self._lit.use(edges=float(edges), tints=figure.tints, plane=figure.plane)
-                    mesh.draw((facing > HIDDEN_FACING) & (facing < most))
-
-    def draw_ghosts(self, ghosts: list[tuple[Figure, float]], **uniforms: Any) -> None:
-        """Figures that can be seen through, each with its opacity; what is solid hides them."""
-        self._ghost.use(edges=0.5, **uniforms)
-        meshes = self._medium.posed([figure for figure, _ in ghosts])
-        with _solid():
-            GL.glEnable(GL.GL_BLEND)
-            GL.glDepthMask(False)
-            for (figure, opacity), mesh in zip(ghosts, meshes, strict=True):
-                self._ghost.use(tints=figure.tints, opacity=opacity)
-                mesh.draw()
-
-
-@contextmanager
-def _solid() -> Iterator[None]:
-    """Depth counts and backs are not drawn while the block runs."""
-    GL.glEnable(GL.GL_DEPTH_TEST)
-    GL.glEnable(GL.GL_CULL_FACE)
-    GL.glBlendFunc(GL.GL_SRC_ALPHA, GL.GL_ONE_MINUS_SRC_ALPHA)
-    yield
-    GL.glDepthMask(True)
-    GL.glDisable(GL.GL_CULL_FACE)
-    GL.glDisable(GL.GL_DEPTH_TEST)
-
-
-class _Meshes:
-    """One skin on the graphics card as often as there are figures, each with the corners of its own pose."""
-
-    def __init__(self, cell: float) -> None:
-        self._skin = make_skin(cell)
-        self._made: list[_Mesh] = []
-
-    def posed(self, figures: list[Figure]) -> "list[_Mesh]":
-        """A mesh for each figure, in its pose."""
-        while len(self._made) < len(figures):
-            self._made.append(_Mesh(self._skin))
-        for mesh, figure in zip(self._made, figures, strict=False):
-            mesh.pose(figure.bones)
-        return self._made[: len(figures)]
-
-
-class _Mesh:
-    """A skin whose corners are written anew each picture."""
-
-    def __init__(self, skin: Skin) -> None:
-        self._skin, self._corners = skin, np.empty((2, len(skin.positions), 3), np.float32)
-        self._array = GL.glGenVertexArrays(1)
-        GL.glBindVertexArray(self._array)
-        self._places = gl.Buffer()
-        gl.attribute(0, 3)
-        gl.attribute(1, 3, offset=12 * len(skin.positions))
-        static = (skin.materials[:, :4], skin.materials[:, 4:], skin.positions)
-        for location, values in enumerate(static, 2):
-            gl.buffer(np.ascontiguousarray(values, np.float32))
-            gl.attribute(location, values.shape[1])
-        self._triangles = gl.Buffer(GL.GL_ELEMENT_ARRAY_BUFFER)
-
-    def pose(self, bones: np.ndarray) -> None:
-        """Places the corners by demo.figure.body.bones (84, 3)."""
-        self._corners = (self._skin.follow @ bones).reshape(2, -1, 3)
-        self._places.write(self._corners)
-
-    def facing(self, eye: np.ndarray) -> np.ndarray:
-        """(n,) cosine between a corner's normal and the way to the eye: 0 on the outline, below that turned away."""
-        places, normals = self._corners
-        to_eye = np.asarray(eye, np.float32) - places
-        return np.einsum("ij,ij->i", to_eye, normals) / np.sqrt(np.einsum("ij,ij->i", to_eye, to_eye))
-
-    def draw(self, shown: np.ndarray | None = None) -> None:
-        """Draws, with the program in use, the triangles that have a shown corner: a software driver is slow with
-        each."""
-        triangles = self._skin.triangles
-        if shown is not None:
-            triangles = triangles[shown[triangles].any(axis=1)]
-        GL.glBindVertexArray(self._array)
-        self._triangles.write(triangles)
-        GL.glDrawElements(GL.GL_TRIANGLES, triangles.size, GL.GL_UNSIGNED_INT, None)
+GROUND_COLOUR = (0.69, 0.72, 0.745)  # display colour, about that which the shader gives level ground
 
 
 class Shadow:
@@ -141,15 +29,14 @@ class Shadow:
         self._blur = gl.program(shaders.FULL_VERTEX, shaders.BLUR_FRAGMENT)
         self._array = GL.glGenVertexArrays(1)
 
-    def draw(
-        self, bodies: Bodies, figures: list[Figure], to_light: np.ndarray, area: tuple[float, float, float]
-    ) -> int:
-        """The texture with the finished picture of a square of ground: area, its centre x, z and half its side."""
+    def draw(self, bodies: Bodies, to_light: np.ndarray, area: tuple[float, float, float]) -> int:
+        """The texture with the finished picture of a square of ground, under the bodies as they are posed: area, its
+        centre x, z and half its side."""
         sharp, blurred = self._targets
         sharp.bind()
         GL.glClearColor(0, 0, 0, 0)
         GL.glClear(GL.GL_COLOR_BUFFER_BIT)
-        bodies.draw_shadow(figures, to_light=to_light, area=area)
+        bodies.draw_shadow(to_light=to_light, area=area)
         GL.glDisable(GL.GL_BLEND)
         GL.glBindVertexArray(self._array)
         step = SHADOW_BLUR / (2 * area[2])

@@ -26,15 +26,18 @@ __all__ = ["Renderer", "View"]
 class Renderer:
     """Draws frames. Needs a current OpenGL 3.3 context: make one with demo.render.window.open_window first."""
 
-    def __init__(self, size: tuple[int, int], samples: int | None = None) -> None:
-        """size: (width, height) pixels. samples a pixel: by default 4 on graphics hardware, else 1."""
+    def __init__(self, size: tuple[int, int], samples: int | None = None, supersample: int = 1) -> None:
+        """size: (width, height) pixels. samples a pixel: by default 4 on graphics hardware, else 1. supersample: the
+        scene is drawn so many times as wide and as high, 2 at most, and made small: for pictures that are not looked at
+        while they are drawn."""
         # Only now: PyOpenGL picks its platform when it is imported, which must follow the window.
-        from demo.render import gl, render_passes
+        from demo.render import body_pass, gl, render_passes
 
-        self._gl, self._bodies, self._shadow = gl, render_passes.Bodies(), render_passes.Shadow()
+        self._gl, self._bodies, self._shadow = gl, body_pass.Bodies(), render_passes.Shadow()
         self._flat, self._uneven = render_passes.FlatGround(), render_passes.UnevenGround()
         self._lines, self._panels = render_passes.lines(), render_passes.Panels()
-        self._samples = (0 if gl.is_software() else HARDWARE_SAMPLES) if samples is None else samples
+        plain = gl.is_software() or supersample > 1
+        self._samples, self._supersample = (0 if plain else HARDWARE_SAMPLES) if samples is None else samples, supersample
         possible = QUALITIES if self._samples else [replace(quality, smooth=False) for quality in QUALITIES]
         self.qualities = tuple(dict.fromkeys(possible))  # the best one first
         self._quality = self.qualities[0]
@@ -54,7 +57,8 @@ class Renderer:
     def _make_scene(self, size: tuple[int, int]) -> None:
         output = self._gl.bound_framebuffer()
         self.size = size[0], size[1]
-        width, height = (max(1, round(side / self._quality.shrink)) for side in size)
+        scale = self._supersample / self._quality.shrink
+        width, height = (max(1, round(side * scale)) for side in size)
         self._scene = self._gl.Target(width, height, samples=self._samples if self._quality.smooth else 0)
         self._gl.bind_framebuffer(output, self.size)
 
@@ -62,12 +66,14 @@ class Renderer:
         """One picture: shadow, sky and ground, marks, bodies, lines, panels."""
         output = self._gl.bound_framebuffer()
         camera, size = view.camera, (self._scene.width, self._scene.height)
-        world_to_clip = camera.world_to_clip(size[0] / size[1])
+        world_to_clip, half_size = camera.world_to_clip(size[0] / size[1]), (size[0] / 2, size[1] / 2)
 
         figures = self._figures(frame, view)
         area = _shadow_area(frame, view)
+        away = [float(np.linalg.norm(figure.capsules[0, 0] - camera.eye)) for figure in figures]
+        self._bodies.pose(figures, [camera.metres_a_pixel(size) * distance for distance in away], TO_LIGHT)
         if self._quality.shadows:
-            shadow = self._shadow.draw(self._bodies, figures, to_light=TO_LIGHT, area=area)
+            shadow = self._shadow.draw(self._bodies, to_light=TO_LIGHT, area=area)
 
         self._scene.bind()
         self._gl.clear_depth()
@@ -78,10 +84,10 @@ class Renderer:
         if self._quality.shadows:
             ground.shade(shadow, area, world_to_clip)
         ground.mark(_marks(frame, view), world_to_clip)
-        seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "pixel": camera.metres_a_pixel(size)}
-        self._bodies.draw(figures, to_light=TO_LIGHT, **seen)
+        seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "half_size": half_size}
+        self._bodies.draw(smooth=not self._samples, to_light=TO_LIGHT, **seen)
         self._bodies.draw_ghosts(_ghosts(frame, view), **seen)
-        self._lines.draw(_lines(frame, view, size), world_to_clip=world_to_clip, half_size=(size[0] / 2, size[1] / 2))
+        self._lines.draw(_lines(frame, view, size), world_to_clip=world_to_clip, half_size=half_size)
 
         self._scene.resolve_to(output, self.size)
         self._panels.draw([*layout.place(view.panels, self.size), *view.over], *self.size)

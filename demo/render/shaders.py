@@ -1,144 +1,9 @@
-"""The shaders, GLSL 3.30. Where light is added up, colours are squared first and the root of the sum is shown."""
+"""The shaders of sky, ground, marks, lines and panels, GLSL 3.30; those of bodies are in
+demo.render.body_shaders."""
 
 VERSION = "#version 330 core\n"
 
-# ---- body: a skin whose corners come posed ------------------------------------------------------------------
-
-BODY_VERTEX = (
-    VERSION
-    + """
-layout(location = 0) in vec3 place;               // in the world
-layout(location = 1) in vec3 direction;
-layout(location = 2) in vec4 limbs;               // left leg, right leg, left arm, right arm; the rest is spine
-layout(location = 3) in vec2 wear;                // share of gloves and shoes, openness
-layout(location = 4) in vec3 bind_place;
-uniform vec4 tints[5];                            // display colour of each body part
-uniform mat4 world_to_clip;
-uniform float pixel;                              // a pixel's width one metre from the eye
-uniform float edges;                              // 0: the inside, opaque; 1: the rim, blended by how much is covered
-out vec3 world;
-out vec3 normal;
-out vec3 limb;                                    // linear colour of the limb that is nearest
-out vec3 share;                                   // of that limb, of gloves and shoes; openness
-out vec3 bind;
-
-void main() {
-    world = place;
-    normal = direction;
-    float any_limb = limbs.x + limbs.y + limbs.z + limbs.w;
-    vec4 tinted = tints[0] * limbs.x + tints[1] * limbs.y + tints[3] * limbs.z + tints[4] * limbs.w;
-    vec3 tint = tinted.rgb / max(any_limb, 1e-3);
-    limb = tint * tint;
-    share = vec3(any_limb, wear);
-    bind = bind_place;
-    // The inside is drawn half a pixel thinner and the rim half a pixel fatter: between them lies one pixel.
-    float depth = (world_to_clip * vec4(place, 1.0)).w;
-    gl_Position = world_to_clip * vec4(place + direction * ((edges - 0.5) * pixel * depth), 1.0);
-}
-"""
-)
-
-BODY_FRAGMENT = (
-    VERSION
-    + """
-uniform vec4 tints[5];
-uniform vec3 eye;
-uniform vec3 to_light;
-uniform vec3 visor;   // the middle of the dark visor in the bind pose
-uniform float edges;
-uniform vec3 plane;   // of the ground under the body: its height at the origin, its rise along x and z
-in vec3 world;
-in vec3 normal;
-in vec3 limb;
-in vec3 share;
-in vec3 bind;
-out vec4 pixel;
-
-void main() {
-    vec3 n = normalize(normal), v = normalize(eye - world);
-    float facing = dot(n, v);
-    float covered = 1.0;
-    if (edges > 0.5) {
-        if (facing > 0.6) discard;  // far from any outline
-        // Near the outline of something round, `facing` grows as the root of the distance: its slope tells half of it.
-        float slope = length(vec2(dFdx(facing), dFdy(facing)));
-        covered = clamp(0.5 * facing / max(slope, 1e-4), 0.0, 1.0);
-    }
-
-    // Where a share passes a half one cloth ends and the next begins, with a seam between them.
-    vec2 grain = max(fwidth(share.xy), 1e-4);
-    vec2 past = (share.xy - 0.5) / grain;                                // pixels from the seam
-    vec3 spine = tints[2].rgb * tints[2].rgb;
-    vec3 base = mix(spine, limb, clamp(past.x + 0.5, 0.0, 1.0));
-    base *= 1.0 - 0.66 * clamp(past.y + 0.5, 0.0, 1.0);
-    vec2 wide = max(0.045 / grain, vec2(0.7));
-    vec2 seam = clamp(wide + 0.5 - abs(past), 0.0, 1.0) * min(0.09 / grain, vec2(1.0));
-    base *= 1.0 - 0.5 * max(seam.x, seam.y);
-    vec3 off = (bind - visor) * vec3(15.0, 34.0, 15.0);
-    float glass = clamp((1.0 - dot(off, off)) * 9.0, 0.0, 1.0);
-    base = mix(base, vec3(0.006, 0.008, 0.013), glass);
-
-    float lambert = dot(n, to_light);
-    float key = max(0.80 * lambert + 0.20, 0.0);
-    float open = mix(0.42, 1.0, share.z);                                // light that the body itself keeps away
-    float height = world.y - plane.x - dot(plane.yz, world.xz);
-    open *= 0.70 + 0.30 * clamp(height * 1.2 + 0.1, 0.0, 1.0);           // close to the ground less light comes in
-    vec3 ambient = mix(vec3(0.235, 0.21, 0.195), vec3(0.33, 0.40, 0.50), 0.5 + 0.5 * n.y);
-    vec3 light = (vec3(1.10, 0.985, 0.84) * key + ambient) * open;
-    float rim = 1.0 - max(facing, 0.0);
-    rim *= rim * rim;
-    float gleam = max(dot(n, normalize(v + to_light)), 0.0);
-    gleam *= gleam; gleam *= gleam; gleam *= gleam; gleam *= gleam;
-    vec3 lit = base * light + rim * open * vec3(0.20, 0.25, 0.31) + (0.07 + 0.6 * glass) * gleam * max(lambert, 0.0);
-    pixel = vec4(sqrt(lit * (1.12 / (1.0 + 0.16 * lit))), covered);
-}
-"""
-)
-
-# A body that one can see through: its outline more than its inside.
-GHOST_FRAGMENT = (
-    VERSION
-    + """
-uniform vec4 tints[5];
-uniform vec3 eye;
-uniform float opacity;
-in vec3 world;
-in vec3 normal;
-out vec4 pixel;
-void main() {
-    float rim = 1.0 - abs(dot(normalize(normal), normalize(eye - world)));
-    pixel = vec4(tints[2].rgb * (0.80 + 0.20 * normal.y), opacity * (0.22 + 0.78 * rim * rim));
-}
-"""
-)
-
-# ---- shadow: the body flattened along the light into a small picture of the ground --------------------------
-
-SHADOW_VERTEX = (
-    VERSION
-    + """
-layout(location = 0) in vec3 place;
-uniform vec3 to_light;
-uniform vec3 area;   // centre x, z and half width of the ground in the picture
-uniform vec3 plane;  // that the shadow falls on: its height at the origin, its rise along x and z
-out float height;
-
-void main() {
-    height = place.y - plane.x - dot(plane.yz, place.xz);
-    vec2 ground = place.xz - to_light.xz * (height / (to_light.y - dot(plane.yz, to_light.xz)));
-    gl_Position = vec4((ground - area.xy) / area.z, 0.0, 1.0);
-}
-"""
-)
-
-SHADOW_FRAGMENT = (
-    VERSION
-    + """
-in float height;
-out vec4 pixel;
-void main() { pixel = vec4(clamp(0.62 - 0.20 * height, 0.0, 1.0)); }  // what is high up casts a weaker shadow
-"""
-)
+# ---- shadow: its picture is blurred -------------------------------------------------------------------------
 
 FULL_VERTEX = (
     VERSION
@@ -265,7 +130,7 @@ void main() {
     // Tiles of a metre, light and dark in turn; where a pixel holds several, their mean.
     vec2 tile = clamp((abs(fract(world * 0.5 + 0.25) - 0.5) - 0.25) * density * 2.0, -1.0, 1.0);
     marks += 0.011 * tile.x * tile.y * clamp(min(density.x, density.y) * 0.2 - 0.3, 0.0, 1.0);
-    vec3 ground = mix(vec3(0.700, 0.735, 0.765), vec3(0.825, 0.838, 0.845), 1.0 / (1.0 + distance * 0.05));
+    vec3 ground = mix(vec3(0.640, 0.680, 0.715), vec3(0.755, 0.775, 0.790), 1.0 / (1.0 + distance * 0.05));
     pixel = vec4(mix(HORIZON, (ground - marks) * light, 1.0 / (1.0 + distance * distance * 6e-5)), 1.0);
 }
 """

@@ -103,7 +103,7 @@ def _excerpt() -> Generator[np.ndarray, None, None]:
     session.stand_on(ground)
     view = View(Camera(distance=GIF_DISTANCE), arrow=False, contacts=False, ground=ground)
     with open_window(GIF_SIZE, visible=False) as window:
-        renderer = Renderer(window.size)
+        renderer = Renderer(window.size, supersample=video.SUPERSAMPLE)
         for number, command in enumerate(islice(recorded, GIF_START + GIF_FRAMES), -GIF_START):
             frame = session.step(command)
             if number == -GIF_START:
@@ -127,7 +127,7 @@ def _walker(window: Window, parts: dict[str, str], stylizer: str | None = None) 
     view.make_room(window.size)
     view.jump_to(frame)
     window.bind()
-    Renderer(window.size).draw(frame, view)
+    Renderer(window.size, supersample=video.SUPERSAMPLE).draw(frame, view)
     return window.read_pixels()
 
 

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from demo.figure import body
+from demo.figure import forms
 from demo.ui.canvas import ACCENT, FAINT, SMALL, Box, Canvas, Colour
 from demo.ui.widgets import Region
 from sim.body.skeleton import PARENTS, PART_NAMES, PART_OF_JOINT
@@ -44,7 +44,7 @@ class Diagram:
 def part_at(x: float, y: float) -> str | None:
     """The part at shares (x, y) of the diagram."""
     at = np.array([(0.5 - x) * WIDTH, (1 - y) * HEIGHT]) * METRES / HEIGHT * [-1, 1]
-    return nearest_part(body.BIND.positions[:, :2], at, NEAR)
+    return nearest_part(forms.BIND.positions[:, :2], at, NEAR)
 
 
 def nearest_part(joints: np.ndarray, at: np.ndarray, reach: float) -> str | None:
@@ -62,19 +62,19 @@ def nearest_part(joints: np.ndarray, at: np.ndarray, reach: float) -> str | None
 @cache
 def _discs() -> tuple[tuple[tuple[float, float, float], ...], ...]:
     """For each part, discs (x, y, radius) in units that fill its capsules' outlines."""
-    turns, origins = body.BIND.rotations[body.FORM_JOINT], body.BIND.positions[body.FORM_JOINT]
-    starts = origins + rot.rotate(turns, body.FORM_START)
-    along = rot.rotate(turns, body.form_frames()[:, 1]) * body.FORM_LENGTH[:, None]
+    turns, origins = forms.BIND.rotations[forms.FORM_JOINT], forms.BIND.positions[forms.FORM_JOINT]
+    starts = origins + rot.rotate(turns, forms.FORM_START)
+    along = rot.rotate(turns, forms.form_frames()[:, 1]) * forms.FORM_LENGTH[:, None]
     scale, result = HEIGHT / METRES, []
     for part in range(len(PART_NAMES)):
         discs = []
-        for form in np.flatnonzero(PART_OF_JOINT[body.FORM_JOINT] == part):
+        for form in np.flatnonzero(PART_OF_JOINT[forms.FORM_JOINT] == part):
             for share in np.linspace(0, 1, SLICES):
                 x, y, _ = starts[form] + share * along[form]
                 radius = (
-                    np.interp(share, body.PROFILE, body.FORM_RADII[form])
+                    np.interp(share, forms.PROFILE, forms.FORM_RADII[form])
                     * scale
-                    * min(1.15, body.FORM_STRETCH[form][0])
+                    * min(1.15, forms.FORM_STRETCH[form][0])
                 )
                 discs.append((WIDTH / 2 + x * scale, HEIGHT - y * scale, radius))
         result.append(tuple(discs))

@@ -4,9 +4,12 @@ import numpy as np
 
 from sim.body.skeleton import ANCESTORS, BONE_OFFSETS, JOINT_COUNT, PARENTS
 from sim.math import rotations as rot
+from sim.math.easing import smooth_step
 
 # metres between the knee and the line from hip to ankle, under which the plane of a bend is not to be trusted
 STRAIGHT = 0.02
+# shares of an arm's length between its ends: below the first the line between them says nothing of its plane
+FOLDED = (0.1, 0.3)
 
 
 def forward_kinematics(hips: np.ndarray, global_rotations: np.ndarray) -> np.ndarray:
@@ -52,7 +55,11 @@ def two_bone_ik(
     bones = np.array([knee - hip, ankle - knee])
     (upper, lower), wanted = rot.length(bones), target - hip
     distance = np.minimum(np.maximum(rot.length(wanted), np.abs(upper - lower) + 1e-3), (upper + lower) * reach)
-    current, axis = rot.normalize(np.array([ankle - hip, wanted]))
+    current = ankle - hip
+    if not hinge:  # an arm that is folded altogether has hardly an axis: its elbow then stays as near as it can
+        folded = 1 - smooth_step(rot.length(current) / (upper + lower), *FOLDED)
+        current = current + folded * (wanted - current)
+    current, axis = rot.normalize(current), rot.normalize(wanted)
 
     # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.
     bend = _without(bones[0], current)

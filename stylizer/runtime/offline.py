@@ -12,6 +12,7 @@ from sim.body.kinematics import to_local
 from sim.body.pose import Pose
 from sim.body.skeleton import CONTACT_JOINTS, INDEX, PART_NAMES
 from sim.feet.foot_cleanup import clean_feet, foot_height_error, raise_feet
+from sim.hands.hand_clearance import clear_hands
 from sim.math import rotations as rot
 from sim.math.easing import smooth_step
 from sim.math.vectors import UP
@@ -126,6 +127,7 @@ def apply_styled(content: Clip, styled: np.ndarray, strengths: np.ndarray) -> Cl
         delta += near[:, None, None] * (calm - delta)
     else:
         after = _put_on(before, delta, strengths, upright)
+    after = clear_hands(after, np.minimum(strengths[ARM_PARTS], 1.0))
     return Clip(after.hips, to_local(after.rotations), content.fps, content.name)
 
 

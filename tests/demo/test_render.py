@@ -1,4 +1,4 @@
-"""The picture: skin and camera as plain numbers, then the renderer without a screen, once against a golden picture."""
+"""The picture: the camera as plain numbers, then the renderer without a screen, once against a golden picture."""
 
 import subprocess
 import sys
@@ -9,9 +9,8 @@ import numpy as np
 import pygame
 import pytest
 
-from demo.figure import body, colours
-from demo.figure.skin import make_skin
-from demo.render import ground_decals, window
+from demo.figure import colours
+from demo.render import ground_decals, renderer, window
 from demo.render.camera import Camera
 from demo.render.renderer import Renderer, View
 from demo.render.view import Paths
@@ -20,11 +19,10 @@ from demo.ui.hud import Panel
 from demo.ui.layout import place
 from demo.ui.widgets import Cell, Table
 from sim.body.pose import Pose
-from sim.body.skeleton import INDEX, JOINT_COUNT, REST_HIPS_HEIGHT
+from sim.body.skeleton import JOINT_COUNT, REST_HIPS_HEIGHT
 from sim.command import Command
 from sim.ground.catalogue import load_ground
 from sim.ground.ground import Ground
-from sim.math import rotations as rot
 from sim.session import Frame
 from sim.style_spec import StyleSpec
 from tests.support.fakes import fake_session, offscreen
@@ -52,58 +50,7 @@ def view_of(frame: Frame, **settings) -> View:
     return view
 
 
-# ---- skin and camera -----------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def skin():
-    return make_skin(0.035)
-
-
-def test_skin_is_closed_and_turned_outwards(skin):
-    a, b, c = skin.triangles.T
-    edges = np.concatenate([np.stack(pair, -1) for pair in ((a, b), (b, c), (c, a))])
-    assert sorted(edges.tolist()) == sorted(edges[:, ::-1].tolist()), "each edge is used as often one way as the other"
-    p, q, r = (skin.positions[corner] for corner in (a, b, c))
-    volume = np.sum(p * np.cross(q, r)) / 6
-    assert 0.04 < volume < 0.10, "cubic metres: a person"
-
-
-def test_skin_stands_on_the_floor_and_is_as_tall_as_the_skeleton(skin):
-    assert -0.02 < skin.positions[:, 1].min() < 0.03
-    assert 1.70 < skin.positions[:, 1].max() < 1.80
-
-
-def test_skin_is_folded_as_the_surface_goes():
-    """Quads of a forearm or hand folded across its edge would stand out of the outline as the teeth of a saw."""
-    skin = make_skin(0.022)
-    arm = np.isin(skin.joints[:, 0], [INDEX[side + name] for side in ("Left", "Right") for name in ("ForeArm", "Hand")])
-    triangles = skin.triangles[arm[skin.triangles].all(axis=1)]
-    p, q, r = (skin.positions[corner] for corner in triangles.T)
-    flat, smooth = rot.normalize(np.cross(q - p, r - p)), rot.normalize(skin.normals[triangles].mean(axis=1))
-    apart = np.degrees(np.arccos(np.clip(np.vecdot(flat, smooth), -1, 1)))
-    assert len(triangles) > 1000 and np.percentile(apart, 95) < 15
-
-
-def test_skin_hangs_on_nearby_joints(skin):
-    np.testing.assert_allclose(skin.weights.sum(-1), 1)
-    main = skin.joints[np.arange(len(skin.joints)), skin.weights.argmax(-1)]
-    assert set(skin.joints[skin.weights > 0.1]) == set(range(JOINT_COUNT)), "every joint moves something"
-    assert np.linalg.norm(skin.positions - body.BIND.positions[main], axis=-1).max() < 0.45
-
-
-def test_bones_leave_the_bind_pose_alone_and_carry_the_skin_with_a_pose():
-    np.testing.assert_allclose(body.bones(body.BIND), np.tile(np.eye(4, 3), (JOINT_COUNT, 1)), atol=1e-6)
-    pose = frame_of().styled
-    bones = body.bones(pose, shift=(1.0, 0, 0))
-    bind = np.concatenate([body.BIND.positions, np.ones((JOINT_COUNT, 1))], axis=-1)
-    posed = np.einsum("jk,jkx->jx", bind, bones.reshape(JOINT_COUNT, 4, 3))
-    np.testing.assert_allclose(posed, pose.positions + [1.0, 0, 0], atol=1e-5)
-
-
-def test_the_skin_follows_its_joints(skin):
-    corners = (skin.follow @ body.bones(body.BIND)).reshape(2, -1, 3)
-    np.testing.assert_allclose(corners, [skin.positions, skin.normals], atol=1e-5)
+# ---- camera -----------------------------------------------------------
 
 
 def project(camera: Camera, point, aspect=16 / 9) -> np.ndarray:

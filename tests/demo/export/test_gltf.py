@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from demo.export import gltf
-from demo.figure import body
-from demo.figure.skin import make_skin
+from demo.figure.forms import BIND
+from demo.figure.skin import FINE, load_skin
 from sim.body.pose import Pose
 from sim.body.skeleton import JOINTS, PART_NAMES
 from sim.ground.catalogue import load_ground
+from sim.math import rotations as rot
 from sim.motion.clip import Clip, root_frame
 from tests.support.walker import walking_clip
 
@@ -133,10 +134,10 @@ def test_the_skin_follows_as_in_the_window(reader, clip):
     frame = FRAMES // 2
     moved = np.einsum("nk,nkij,nj->ni", weights, (reader.matrices(frame) @ bind)[joints], corners)[:, :3]
     pose = Pose(np.zeros(3), 0.0, clip.hips[frame], clip.global_rotations()[frame], np.zeros(4), 0.0)
-    skin, turns = make_skin(gltf.SKIN_CELL), body.rot.multiply(pose.rotations, body.rot.inverse(body.BIND.rotations))
-    arms = skin.positions[:, None] - body.BIND.positions[skin.joints]
+    skin, turns = load_skin(FINE), rot.multiply(pose.rotations, rot.inverse(BIND.rotations))
+    arms = skin.positions[:, None] - BIND.positions[skin.joints]
     ours = np.sum(
-        skin.weights[..., None] * (body.rot.rotate(turns[skin.joints], arms) + pose.positions[skin.joints]), axis=1
+        skin.weights[..., None] * (rot.rotate(turns[skin.joints], arms) + pose.positions[skin.joints]), axis=1
     )
     # Tied in the T-pose, the window's in another one: what follows several joints is not quite the same.
     np.testing.assert_allclose(moved, ours, atol=0.02)
@@ -183,6 +184,6 @@ def test_colours_are_those_of_the_parts(reader, clip, tmp_path):
     colours = [
         r.numbers(r.file.meshes[0].primitives[0].attributes.COLOR_0) for r in (reader, Reader(tmp_path / "other.glb"))
     ]
-    x = make_skin(gltf.SKIN_CELL).positions[:, 0]
+    x = load_skin(FINE).positions[:, 0]
     assert np.all(colours[0] >= 0) and np.all(colours[0] <= 1)
     assert np.all(colours[1][x > 0.5] < 1e-3) and np.array_equal(colours[0][x < -0.5], colours[1][x < -0.5])

@@ -174,15 +174,15 @@ def test_arms_held_out_are_clear_of_the_panels_too(live):
 
 
 def test_the_box_of_a_figure_holds_all_its_skin(live):
-    from demo.figure.skin import make_skin
+    from demo.figure.skin import COARSE, load_skin
 
-    skin, size = make_skin(0.045), (1280, 720)
+    skin, size = load_skin(COARSE), (1280, 720)
     for _ in range(5):
         for _ in range(7):
             live.frame = live.session.step(Command(move=(1.0, 0.0), style={"arms": ("flapping", 1.0)}))
             live.view.follow(live.frame, FRAME_SECONDS)
         bones = figure(live.frame.styled, part_colours(StyleSpec())).bones
-        corners = (skin.follow @ bones).reshape(2, -1, 3)[0]
+        corners = skin.posed(bones)[0]
         places = live.view.pixels(corners, size)[:, :2]
         left, top, width, height = live.view.figure_box(live.frame.styled, size)
         assert (places >= [left, top]).all() and (places <= [left + width, top + height]).all()

@@ -92,7 +92,7 @@ def player(window) -> Player:
 
 @pytest.mark.parametrize("part", PART_NAMES)
 def test_a_part_is_picked_on_the_diagram(player, part):
-    joint = diagram.body.BIND.positions[
+    joint = diagram.forms.BIND.positions[
         diagram.PARENTS == np.flatnonzero(diagram.PART_OF_JOINT == PART_NAMES.index(part))[1]
     ]
     x, y = joint[0, :2]

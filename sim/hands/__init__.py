@@ -1,0 +1,1 @@
+"""Hands: kept out of the body."""
