@@ -111,7 +111,7 @@ def write_video(path: Path, result: Result) -> None:
 
     try:
         with atomic_write(path) as temporary:
-            video.render(temporary, result.frames, result.latency, result.ground)
+            video.render(temporary, result.frames, result.latency, result.ground, result.takeaway.character)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 

@@ -89,7 +89,9 @@ class Renderer:
             self._colours = wanted
         self._colours = self._colours + COLOUR_EASE * (wanted - self._colours)
         brightened = colours.brighten(self._colours, view.glow)
-        figures = [body.figure(frame.styled, brightened, plane=_plane(frame.styled, view))]
+        plane = _plane(frame.styled, view)
+        own = view.character
+        figures = [own.figure(plane) if own else body.figure(frame.styled, brightened, plane=plane)]
         if view.twin == "beside":
             shift, tints = view.twin_shift(frame), np.tile(colours.TWIN, (len(wanted), 1))
             figures.append(body.figure(frame.neutral, tints, shift, _plane(frame.neutral, view, shift)))
@@ -114,7 +116,8 @@ def _marks(frame: Frame, view: View) -> np.ndarray:
 
 def _shadow_area(frame: Frame, view: View) -> tuple[float, float, float]:
     """The square of ground that holds the shadows: centre x, z and half its side. A small one is quick to draw."""
-    shadows = _shadow(frame.styled.positions, _plane(frame.styled, view))
+    points = view.character.points if view.character else frame.styled.positions
+    shadows = _shadow(points, _plane(frame.styled, view))
     if view.twin == "beside":
         shift = view.twin_shift(frame)
         shadows = np.concatenate(
