@@ -6,8 +6,8 @@
     frame.styled.positions                          # (21, 3) metres, at 60 frames a second
     session.stylizer.bank.add("limp", pw.load_clip("limp.bvh"))
     pw.save_bvh("out.bvh", pw.stylize(pw.load_clip("walk.bvh"), {"legs": "limp"}, session.stylizer))
-    hero = pw.load_character("hero.glb")            # or .vrm: the user's own, steered and written in place of the figure
-    pw.CharacterFit(hero).step(frame.styled).positions      # (J, 3) of its own joints, at the figure's leg length
+    hero = pw.load_character("hero.glb")            # or .vrm: one's own, in place of the figure
+    pw.CharacterFit(hero).step(frame.styled)        # its joints in that frame, at the figure's leg length
     pw.save_glb("out.glb", pw.load_clip("walk.bvh"), hero)
 
 What is named here is kept: it changes only with a new minor version, and then the changelog says how. Every function
@@ -86,9 +86,14 @@ def save_bvh(path: str | Path, clip: Clip, character: Character | None = None) -
 
 
 def save_glb(
-    path: str | Path, motion: Clip | Iterable[Frame], character: Character, fps: int = 60, in_place: bool = False
+    path: str | Path,
+    motion: Clip | Iterable[Frame],
+    character: Character,
+    ground: Ground | None = None,
+    fps: int = 60,
+    in_place: bool = False,
 ) -> None:
-    """Writes a character with its materials and the motion of a clip, or of a session's frames on level floor, as .glb
+    """Writes a character with its materials and the motion of a clip, or of a session's frames on its ground, as .glb
     at 30 or 60 frames a second; a `root` joint carries its way over the floor, or, in place, nothing does."""
     poses = poses_of(motion) if isinstance(motion, Clip) else [frame.styled for frame in motion]
-    glb.write_glb(path, fit_motion(character, poses, fps=fps, in_place=in_place))
+    glb.write_glb(path, fit_motion(character, poses, ground, fps, in_place))

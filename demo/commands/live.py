@@ -5,10 +5,11 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from demo.commands.replay import GROUND_HELP, STYLIZER_HELP, VMC_HELP
+from demo.commands.replay import CHARACTER_HELP, GROUND_HELP, MAP_HELP, STYLIZER_HELP, VMC_HELP
 
 if TYPE_CHECKING:
     from demo.export.vmc import Sender
+    from sim.character.character import Character
     from sim.ground.ground import Ground
     from sim.io.recording import Recording
 
@@ -28,6 +29,12 @@ FILES = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
     parser.add_argument("--ground", metavar="NAME", help=GROUND_HELP)
+    parser.add_argument(
+        "--character",
+        metavar="HERO.glb|HERO.vrm",
+        help=f"{CHARACTER_HELP}; kept for the next start; `figure` is the built-in one again",
+    )
+    parser.add_argument("--map", type=Path, metavar="FILE", help=f"{MAP_HELP}, of the character")
     parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=f"{VMC_HELP}; off by default")
 
 
@@ -43,6 +50,7 @@ def run(args: argparse.Namespace) -> int:
     bundled = recording.read(assemble.BUNDLED_RECORDING)
     ground = args.ground if args.ground is not None else ground_of(bundled, assemble.BUNDLED_RECORDING.parent)
     load_ground(ground)  # first: a mistake in its name or its map is said before anything opens
+    character = _character(args)
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
     if has_display():
@@ -68,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
                 stream=stream,
                 ground=ground,
                 notes=[str(warning.message) for warning in caught],
+                character=character,
             )
         except (NoDisplay, NoGL) as error:
             reason = str(error)
@@ -76,8 +85,31 @@ def run(args: argparse.Namespace) -> int:
                 print(f"wrote {path}")
             return 0
     print(f"No window ({reason}): replaying the first {SECONDS} s of the bundled recording into {OUT}/.")
-    replay_bundled(OUT, bundled.first(SECONDS * FPS), stream, args.stylizer, load_ground(ground))
+    replay_bundled(OUT, bundled.first(SECONDS * FPS), stream, args.stylizer, load_ground(ground), character)
     return 0
+
+
+def _character(args: argparse.Namespace) -> "Character | None":
+    """Who is steered: the character that is named, which is kept, or the one that was kept; None for the figure."""
+    from demo.state import characters
+    from sim.character.character import load_character
+    from sim.retarget import joint_names
+
+    if args.character == characters.FIGURE:
+        characters.forget()
+        return None
+    if args.character is None:
+        try:
+            return characters.kept()
+        except ValueError as error:
+            warnings.warn(f"your character is left out: {error}", stacklevel=2)
+            return None
+    name_map = joint_names.load(args.map) if args.map else None
+    character = load_character(args.character, name_map)
+    for note in character.notes:
+        warnings.warn(f"{args.character}: {note}", stacklevel=2)
+    characters.keep(character, name_map)
+    return character
 
 
 def replay_bundled(
@@ -86,10 +118,11 @@ def replay_bundled(
     stream: "Sender | None" = None,
     stylizer: str | None = None,
     ground: "Ground | None" = None,
+    character: "Character | None" = None,
 ) -> None:
     """Writes everything that a replay can into `folder`: all but the video where this machine cannot make one."""
     from demo.commands.replay import play
-    from demo.export.export import check_outputs
+    from demo.export.export import Takeaway, check_outputs
 
     folder.mkdir(exist_ok=True)
     outputs = {kind: folder / name for kind, name in FILES.items()}
@@ -99,4 +132,4 @@ def replay_bundled(
         del outputs["video"]
         print(f"No video: {error}.")
     check_outputs(outputs)
-    play("bundled recording", bundled, outputs, stylizer, stream=stream, ground=ground)
+    play("bundled recording", bundled, outputs, stylizer, stream=stream, ground=ground, takeaway=Takeaway(character))

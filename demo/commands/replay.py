@@ -73,9 +73,10 @@ def add_takeaway(parser: argparse.ArgumentParser) -> None:
 def takeaway_of(args: argparse.Namespace, name_map: dict[str, str] | None = None) -> "Takeaway":
     """What those options say. Raises ValueError or OSError for a character that cannot be read."""
     from demo.export.export import Takeaway
+    from demo.state.characters import FIGURE
 
     character = None
-    if args.character is not None:
+    if args.character is not None and str(args.character) != FIGURE:
         from sim.character.character import load_character
 
         character = load_character(args.character, name_map)

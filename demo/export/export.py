@@ -118,7 +118,14 @@ def write_video(path: Path, result: Result) -> None:
 
     try:
         with atomic_write(path) as temporary:
-            video.render(temporary, result.frames, result.latency, result.ground, result.progress)
+            video.render(
+                temporary,
+                result.frames,
+                result.latency,
+                result.ground,
+                result.takeaway.character,
+                result.progress,
+            )
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 

@@ -10,11 +10,13 @@ from PIL import Image
 from tqdm import tqdm
 
 from demo.export.export import Progress, ignore
+from demo.figure.character_model import DrawnCharacter
 from demo.figure.colours import worn
 from demo.render.renderer import Renderer
 from demo.render.view import View
 from demo.render.window import NoDisplay, NoGL, Window, open_window
 from demo.ui import panels
+from sim.character.character import Character
 from sim.ground.ground import Ground
 from sim.latency import Latency
 from sim.motion.clip import FPS
@@ -54,16 +56,18 @@ def render(
     frames: Sequence[Frame],
     latency: Latency,
     ground: Ground | None = None,
+    character: Character | None = None,
     progress: Progress = ignore,
 ) -> None:
-    """Writes the frames, on a ground, as a video in real time: every one in an .mp4, every GIF_STEP-th in a .gif.
+    """Writes the frames, on a ground, by the figure or by a character, as a video in real time: every one in an .mp4,
+    every GIF_STEP-th in a .gif.
 
     progress: told after each picture how much is drawn, 0 .. 1. Drawing is timed as the stage `render`. Raises
     ValueError where OpenGL is missing or ffmpeg gives up."""
     if path.suffix.lower() == ".gif":
-        write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency, ground, progress))
+        write_gif(path, _pictures(frames, GIF_SIZE, GIF_STEP, latency, ground, character, progress))
     else:
-        _write_mp4(path, _pictures(frames, SIZE, 1, latency, ground, progress))
+        _write_mp4(path, _pictures(frames, SIZE, 1, latency, ground, character, progress))
 
 
 def _pictures(
@@ -72,23 +76,27 @@ def _pictures(
     step: int,
     latency: Latency,
     ground: Ground | None,
+    character: Character | None,
     progress: Progress,
 ) -> Generator[np.ndarray, None, None]:
     """Every step-th frame as (height, width, 3) uint8."""
     view = View(ground=ground)
+    view.dress(DrawnCharacter(character) if character else None)
     view.jump_to(frames[0])
     with _open(size) as window:
         renderer = Renderer(window.size, supersample=SUPERSAMPLE)
-        drawn = tqdm(frames[::step], "video", unit="frame", leave=False, disable=not sys.stderr.isatty())
-        for number, frame in enumerate(drawn, 1):
+        drawn = tqdm(frames, "video", unit="frame", leave=False, disable=not sys.stderr.isatty())
+        for number, frame in enumerate(drawn):
             view.panels = (panels.parts(worn(frame)),)
             view.make_room(size)
-            view.follow(frame, step / FPS)
+            view.follow(frame, 1 / FPS)
+            if number % step:
+                continue
             with latency.stage("render"):
                 window.bind()
                 renderer.draw(frame, view)
                 picture = window.read_pixels()  # waits until it is drawn
-            progress(min(1.0, number * step / len(frames)))
+            progress((number + 1) / len(frames))
             yield picture
 
 

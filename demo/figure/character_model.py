@@ -4,36 +4,43 @@ import math
 
 import numpy as np
 from PIL import Image
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from demo.figure.body import Figure
 from demo.figure.skin import Model, Skin
 from sim.body.pose import Pose
-from sim.body.skeleton import PART_NAMES
+from sim.body.skeleton import INDEX, PART_NAMES
 from sim.character.character import Character
 from sim.character.fit import CharacterFit, Fitted
 from sim.character.mesh import Material, SkinnedMesh
 from sim.ground.ground import Ground
+from sim.math import rotations as rot
 
 PICTURE_PIXELS = 2048  # of a side of the picture that holds all textures
 SOLID = 255  # alpha of what is drawn; 0 of what is cut out
-OPEN = 0.02  # share of a surface's edges with a triangle on one side only, over which it is seen from behind
+COARSE_CELL = 0.03  # metres within which corners are one where a shadow is cast
+FEWER = 0.7  # share of the corners over which a coarse skin would be no gain
+OPEN = 0.01  # share of a piece's edges with nothing beyond them, over which its back can be seen
 
 
 def character_model(character: Character) -> Model:
     """What the passes draw of a character, in its rest pose."""
     mesh, (picture, boxes) = character.mesh, _lay_out(character.mesh.materials)
+    is_open = _is_open(mesh)
     corners, normals, materials, triangles, count = [], [], [], [], 0
     for (start, stop), material, box in zip(mesh.ranges, mesh.materials, boxes, strict=True):
         used, uvs, faces = _within_picture(mesh.uvs, mesh.triangles[start:stop])
         colours = mesh.colours[used, :3] * np.array(material.factor[:3])
         row = np.column_stack([colours, np.ones(len(used)), box[:2] + np.clip(uvs, 0.0, 1.0) * box[2:]])
-        behind = material.double_sided and _is_open(mesh, mesh.triangles[start:stop])
-        for side in (1, -1) if behind else (1,):
-            corners.append(used)
-            normals.append(side * mesh.normals[used])
-            materials.append(row)
-            triangles.append(count + faces[:, ::side])
-            count += len(used)
+        behind = faces[is_open[start:stop] & material.double_sided, ::-1]
+        for side, shown in ((1, faces), (-1, behind)):
+            if len(shown):
+                corners.append(used)
+                normals.append(side * mesh.normals[used])
+                materials.append(row)
+                triangles.append(count + shown)
+                count += len(used)
     which = np.concatenate(corners)
     skin = Skin(
         mesh.positions[which].astype(np.float32),
@@ -43,12 +50,31 @@ def character_model(character: Character) -> Model:
         np.concatenate(triangles).astype(np.uint32),
         np.concatenate(materials).astype(np.float32),
     )
-    return Model(skin, skin, skin, picture, _limbs(character, character.rest))
+    return Model(skin, skin, _coarse(skin), picture)
 
 
-def _limbs(character: Character, joints: np.ndarray) -> np.ndarray:
-    """(limbs, 2, 3) both ends of what lies between joints (J, 3) of the body."""
-    return np.stack([joints[character.rig.parents], joints], axis=1)[character.hangs]
+def _coarse(skin: Skin) -> Skin:
+    """The skin for shadows, where corners that lie close together and follow one joint most are one (Rossignac and
+    Borrel 1993)."""
+    strongest = skin.joints[np.arange(len(skin.joints)), skin.weights.argmax(axis=-1)]
+    cells = np.column_stack([np.round(skin.positions / COARSE_CELL), strongest])
+    _, first, cell, count = np.unique(cells, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    cell = cell.ravel()
+    if len(first) > FEWER * len(cell):
+        return skin
+    places = np.zeros((len(first), 3))
+    np.add.at(places, cell, skin.positions)
+    triangles = cell[skin.triangles]
+    kept = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    triangles = np.unique(triangles[kept], axis=0)
+    return Skin(
+        (places / count[:, None]).astype(np.float32),
+        skin.normals[first],
+        skin.joints[first],
+        skin.weights[first],
+        triangles.astype(np.uint32),
+        skin.materials[first],
+    )
 
 
 def _lay_out(materials: tuple[Material, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -106,12 +132,20 @@ def _within_picture(uvs: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray,
     return corners, uvs[corners] - used[:, 1:], number.reshape(-1, 3)
 
 
-def _is_open(mesh: SkinnedMesh, triangles: np.ndarray) -> bool:
-    """Whether a surface has borders, as a cape or a lock of hair, so that its back is seen."""
+def _is_open(mesh: SkinnedMesh) -> np.ndarray:
+    """(m,) whether a triangle belongs to a surface that has borders, as a cape, a lock of hair, a plate of armour: its
+    back can be seen."""
     _, place = np.unique(mesh.positions.round(5), axis=0, return_inverse=True)
-    pairs = np.sort(place.ravel()[triangles][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    count = np.unique(pairs, axis=0, return_counts=True)[1]
-    return bool((count == 1).mean() > OPEN)
+    corners = place.ravel()[mesh.triangles]
+    pairs = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    pairs, count = np.unique(pairs, axis=0, return_counts=True)
+    size = int(corners.max()) + 1
+    joined = sparse.coo_matrix((np.ones(len(pairs)), pairs.T), (size, size))
+    _, piece = csgraph.connected_components(joined, directed=False)
+    pieces = piece.max() + 1
+    borders = np.bincount(piece[pairs[count == 1, 0]], minlength=pieces)
+    edges = np.bincount(piece[pairs[:, 0]], minlength=pieces)
+    return (borders > OPEN * edges)[piece[corners[:, 0]]]
 
 
 class DrawnCharacter:
@@ -121,6 +155,14 @@ class DrawnCharacter:
         self.character, self.model = character, character_model(character)
         self._fit = CharacterFit(character)
         self._fitted: Fitted | None = None
+        mesh = character.mesh
+        rides = character.owners[mesh.joints[np.arange(len(mesh.joints)), mesh.weights.argmax(axis=-1)], 0]
+        crown = mesh.positions[rides == INDEX["Head"]]
+        if not len(crown):
+            crown = character.rest[[character.index["Head"]]]
+        low, high = crown.min(axis=0), crown.max(axis=0)
+        # (4, 3) of what the head carries, in the rest pose
+        self._tips = np.array([low, [low[0], high[1], low[2]], [high[0], high[1], low[2]], high])
 
     def follow(self, pose: Pose, ground: Ground | None) -> None:
         """Takes the next pose of 60 a second, on the ground that it was made on."""
@@ -128,7 +170,20 @@ class DrawnCharacter:
 
     def figure(self, plane: np.ndarray) -> Figure:
         """The body in the newest pose, on a plane as Figure has it."""
+        fitted = self._newest
+        limbs = np.stack([fitted.positions[self.character.rig.parents], fitted.positions], axis=1)
+        limbs = np.concatenate([limbs[self.character.hangs], self.points[None, -2:]])
+        tints = np.ones((len(PART_NAMES), 4), np.float32)
+        return Figure(fitted.bones(self.character), tints, plane, limbs, self.model)
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n, 3) its joints, and what of its mesh is farthest above the head's and beside it."""
+        fitted, head = self._newest, self.character.index["Head"]
+        tips = fitted.positions[head] + rot.rotate(fitted.rotations[head], self._tips - self.character.rest[head])
+        return np.concatenate([fitted.positions[self.character.hangs], tips])
+
+    @property
+    def _newest(self) -> Fitted:
         assert self._fitted is not None, "a pose comes before a picture"
-        bones, positions = self._fitted.bones(self.character), self._fitted.positions
-        limbs = _limbs(self.character, positions)
-        return Figure(bones, np.ones((len(PART_NAMES), 4), np.float32), plane, limbs, self.model)
+        return self._fitted

@@ -35,6 +35,7 @@ def is_on(live: "Live", action: str) -> bool | None:
     """Whether what an action turns on and off is on; None for an action of another kind."""
     return {
         "twin": bool(live.view.twin),
+        "character": live.view.character is not None,
         "blend": live.choice.blending,
         "record": live.recorder is not None,
         "pace": live.pace,
@@ -149,6 +150,14 @@ def _resample(live: "Live", _: str) -> None:
         live.say(str(error), ALERT)
 
 
+def _switch_character(live: "Live", _: str) -> None:
+    if live.own is None:
+        live.say("drop a character on the window: a skinned figure as a .glb or .vrm file")
+        return
+    live.dress(None if live.view.character else live.own)
+    live.say(f"“{live.own.character.name}”" if live.view.character else "the figure")
+
+
 def _next_ground(live: "Live", _: str) -> None:
     """The character starts again on another ground."""
     if not _kept_by_recording(live):
@@ -234,6 +243,7 @@ ACTIONS: dict[str, Action] = {
     "stylizer_next": _next_stylizer,
     "reroll": _resample,
     "random": lambda live, _: live.choice.mix(),
+    "character": _switch_character,
     "ground": _next_ground,
     "preset": _apply_preset,
     "save": _save_preset,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pygame
 
 from demo.export import export_jobs
-from demo.live.drop_import import Learned
+from demo.live.drop_import import Arrived, Learned
 from demo.ui import panels
 from demo.ui.canvas import ALERT
 from sim.motion.clip import FPS
@@ -51,7 +51,9 @@ def export(live: "Live") -> None:
         live.say("the last export is still being written; press F9 again when it is done")
     elif not live.takes.frames:
         live.say("there is nothing to export yet")
-    elif live.guard(lambda: live.takes.export(new_file(*export_jobs.ENDINGS).with_suffix(""), live.session.ground)):
+    elif live.guard(
+        lambda: live.takes.export(new_file(*export_jobs.ENDINGS).with_suffix(""), live.session.ground, live.shown)
+    ):
         live.say(f"exporting the last {len(live.takes.frames) / FPS:.1f} s as BVH, glTF and video")
 
 
@@ -66,9 +68,15 @@ def show_written(live: "Live", written: export_jobs.Written | None) -> None:
 
 
 def apply_learned(live: "Live") -> None:
-    """Puts styles that were learned from dropped files on the picked part, and says what could not be learned."""
+    """Puts styles that were learned from dropped files on the picked part, shows a character that was dropped, and says
+    what could not be used."""
     for result in live.drop_import.finished():
-        if isinstance(result, Learned):
+        if isinstance(result, Arrived):
+            live.dress(result.character)
+            live.say(f"“{result.character.character.name}” is your character now, and kept for the next start")
+            for note in result.notes:
+                live.say(note)
+        elif isinstance(result, Learned):
             known = result.style in live.choice.users_own
             live.offer_styles()
             if result.style not in live.choice.styles:  # another stylizer was chosen while it was learned

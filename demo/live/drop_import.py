@@ -1,5 +1,5 @@
-"""Files dropped on the window: the BVH clips of one drop become one style, learned in a thread while the character
-walks on.
+"""Files dropped on the window: the clips of one drop become one style, and a skinned figure the character, both in a
+thread while the character walks on.
 
 Learning is some 0.1 s of numpy and one pass of the encoder for a clip of ten seconds: too long for a frame, too short
 to pay for a process that would first have to import everything. The thread and the walk share Python's lock, so the
@@ -14,7 +14,11 @@ from typing import Callable, Iterable, Sequence
 
 import pygame
 
+from demo.figure.character_model import DrawnCharacter
+from demo.state import characters
 from demo.state.style_names import movement_names
+from sim.character.character import load_character
+from sim.io import gltf_file
 from sim.io.motion_file import is_motion
 from sim.motion.clip import Clip
 from sim.protocols import NamedStylizer
@@ -35,8 +39,16 @@ class Learned:
 
 
 @dataclass(frozen=True)
+class Arrived:
+    """The user's own character, and what was guessed or mended."""
+
+    character: DrawnCharacter
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Refused:
-    """Why files are no style, in a sentence."""
+    """Why files are no style and no character, in a sentence."""
 
     reason: str
 
@@ -48,7 +60,7 @@ class DropImport:
         """stylizer: gives the one in use, which learns."""
         self._stylizer = stylizer
         self._thread = ThreadPoolExecutor(1, "learn a style")
-        self._waiting: list[Future[Learned | Refused]] = []
+        self._waiting: list[Future[Learned | Arrived | Refused]] = []
         self._files: list[Path] = []  # of a drop that is being reported
         self._reporting = False  # whether its beginning was reported, and its end is to come
         self._quiet = 0  # turns since its last event
@@ -76,7 +88,7 @@ class DropImport:
         self._waiting += [self._thread.submit(self._try, paths) for paths in whole]
         return whole
 
-    def finished(self) -> list[Learned | Refused]:
+    def finished(self) -> list[Learned | Arrived | Refused]:
         """What has come of drops since it was last asked."""
         done = []
         while self._waiting and self._waiting[0].done():
@@ -88,11 +100,17 @@ class DropImport:
         files, self._files = self._files, []
         return files
 
-    def _try(self, paths: Sequence[Path]) -> Learned | Refused:
+    def _try(self, paths: Sequence[Path]) -> Learned | Arrived | Refused:
+        own = next((path for path in paths if characters.is_character(path)), None)
         wrong = next((path for path in paths if not is_motion(path)), None)
-        if wrong:
-            return Refused(f"{wrong.name} cannot be a style: drop a motion as a .bvh, .glb or SMPL .npz file")
+        if wrong and not own:
+            return Refused(
+                f"{wrong.name} cannot be used: drop a motion as a .bvh, .glb or SMPL .npz file, "
+                "or a character as a .glb or .vrm file"
+            )
         try:
+            if own:
+                return self._arrive(own)
             stylizer = self._stylizer()
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
@@ -106,11 +124,25 @@ class DropImport:
         except Exception as error:  # whatever a file does to us, the walk goes on
             return Refused(f"{describe_file(paths)} cannot be used: {type(error).__name__}, {error}")
 
+    def _arrive(self, path: Path) -> Arrived:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            character = load_character(path)
+            drawn = DrawnCharacter(character)
+            characters.keep(character)
+        notes = (*character.notes, *(str(each.message) for each in caught))
+        return Arrived(drawn, tuple(_short(_without_folders(note, [path])) for note in notes))
+
 
 def describe_file(paths: Sequence[Path]) -> str:
     """The files of a drop, as a message names them."""
     names = [path.name for path in paths]
     return " and ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} more files"
+
+
+def is_clip(path: Path) -> bool:
+    """Whether a file's name says that it holds a motion and no character."""
+    return path.suffix.lower() not in gltf_file.ENDINGS
 
 
 def _without_folders(sentence: str, paths: Sequence[Path]) -> str:

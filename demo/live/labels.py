@@ -47,7 +47,7 @@ class Labels:
         if not (view.twin or changes):
             return []
         room = _Room(view.free_area(size), scale_for(size))
-        figure = view.figure_box(frame.styled, size)
+        figure = view.own_box(frame, size)
         room.taken.append(figure)
         if view.twin:
             twin = view.figure_box(frame.neutral, size, view.twin_shift(frame))

@@ -12,11 +12,12 @@ import pygame
 
 from demo.export import export_jobs
 from demo.export.vmc import Sender
+from demo.figure.character_model import DrawnCharacter
 from demo.figure.colours import worn
 from demo.input.devices import Devices, take_events
 from demo.live import actions, capture, overlay
 from demo.live.debug_overlay import DebugOverlay
-from demo.live.drop_import import DropImport, describe_file
+from demo.live.drop_import import DropImport, describe_file, is_clip
 from demo.live.labels import Labels
 from demo.live.load import Load
 from demo.render.camera import Camera
@@ -34,6 +35,7 @@ from demo.ui.canvas import ALERT, INK, Colour
 from demo.ui.hints import Hints
 from demo.ui.hud import Pixels
 from demo.ui.menu import Menu
+from sim.character.character import Character
 from sim.command import Command
 from sim.io.recording import Recorder
 from sim.motion.clip import FPS
@@ -76,16 +78,19 @@ def run_live(
     stream: Sender | None = None,
     ground: str | None = None,
     notes: Sequence[str] = (),
+    character: Character | None = None,
 ) -> LiveReport:
     """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
 
     styles: the names to choose from. attract: commands that are played, over and over, until somebody touches a
     control. stream: where each frame is sent as it is made. ground: its name, or its map's path. notes: sentences that
-    are shown at the start. Raises NoDisplay or NoGL where no window can be had, ValueError or OSError where that is no
-    ground; what goes wrong later is shown on screen."""
+    are shown at the start. character: who is steered in place of the figure. Raises NoDisplay or NoGL where no window
+    can be had, ValueError or OSError where that is no ground; what goes wrong later is shown on screen."""
     presets = presets or Presets()
     with window or open_window() as window:
-        live = Live(session, styles, window, recorder_factory, clock, attract, bindings, presets, stream, ground)
+        live = Live(
+            session, styles, window, recorder_factory, clock, attract, bindings, presets, stream, ground, character
+        )
         for note in notes:
             live.say(note, ALERT)
         if stream:
@@ -129,6 +134,7 @@ class Live:
         presets: Presets | None = None,
         stream: Sender | None = None,
         ground: str | None = None,
+        character: Character | None = None,
     ) -> None:
         self.session, self.window = session, window
         self.grounds = Grounds(session, ground)
@@ -162,6 +168,9 @@ class Live:
         self.inset_box: Pixels | None = None  # where the clip of a style is played
         self.figures = panels.Figures(FIGURES_SECONDS)
         self.picked_at = float("-inf")  # when a part was picked last, which lights it up
+        self.own: DrawnCharacter | None = None  # the user's character, shown or not
+        if character:
+            self.dress(DrawnCharacter(character))
         self.type(False)
 
     # ---- the loop -----------------------------------------------------------
@@ -180,7 +189,7 @@ class Live:
             events = take_events()
             for paths in self.drop_import.take(events):
                 self.wake()
-                self.say(f"learning {describe_file(paths)}")
+                self.say(f"{'learning' if is_clip(paths[0]) else 'reading'} {describe_file(paths)}")
             for action in self.devices.handle(events):  # one by one: each may change what the next key means
                 self.do(action)
             now = self.clock()
@@ -263,6 +272,16 @@ class Live:
         """Carries out an action of demo.live.actions."""
         self.hints.done(action)
         actions.do(self, action)
+
+    def dress(self, own: DrawnCharacter | None) -> None:
+        """Shows the user's character in place of the figure, or, for None, the figure."""
+        self.own = own or self.own
+        self.view.dress(own, self.frame)
+
+    @property
+    def shown(self) -> Character | None:
+        """The character that is seen; None where it is the figure."""
+        return self.view.character.character if self.view.character else None
 
     def wake(self) -> None:
         """Somebody touched a control: the attract mode ends, and the character is theirs."""

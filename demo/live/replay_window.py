@@ -6,6 +6,7 @@ from typing import Iterable, Iterator
 
 import pygame
 
+from demo.figure.character_model import DrawnCharacter
 from demo.figure.colours import worn
 from demo.input.devices import take_events
 from demo.input.pointer import Pointer
@@ -29,6 +30,7 @@ def watch(session: Session, commands: Iterable[Command], character: Character | 
     (demo.render.window)."""
     with open_window() as window:
         renderer, view, pointer = Renderer(window.size), View(ground=session.ground), Pointer(DEFAULT.mouse)
+        view.dress(DrawnCharacter(character) if character else None)
         watching, start = True, time.perf_counter()
         for number, command in enumerate(commands):
             frame = session.step(command)

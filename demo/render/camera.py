@@ -33,6 +33,7 @@ class Camera:
     distance: float = 3.9
     field_of_view: float = 0.66  # radians, vertical
     target: np.ndarray = field(default_factory=AIM.copy)
+    tall: float = 1.0  # how many times as tall as the figure the character is
 
     def __post_init__(self) -> None:
         self._wanted = {"yaw": self.yaw, "pitch": self.pitch, "distance": self.distance}
@@ -66,7 +67,7 @@ class Camera:
         velocity = np.zeros(3) if self._position is None else (position - self._position) / seconds
         self._position = position
         self._velocity = self._velocity + (velocity - self._velocity) * (1 - 0.5 ** (seconds / LEAD_HALF_LIFE))
-        goal = position + aside + AIM + LEAD * self._velocity
+        goal = position + aside + self.tall * AIM + LEAD * self._velocity
         self.target = self.target + (goal - self.target) * (1 - 0.5 ** (seconds / FOLLOW_HALF_LIFE))
         ease = 1 - 0.5 ** (seconds / ORBIT_HALF_LIFE)
         for name, wanted in self._wanted.items():
@@ -77,7 +78,7 @@ class Camera:
 
     def jump(self, position: np.ndarray, ground: Ground | None = None) -> None:
         """Aims at a character at `position` (3,) on a ground at once."""
-        self.target, self._position, self._velocity = position + AIM, None, np.zeros(3)
+        self.target, self._position, self._velocity = position + self.tall * AIM, None, np.zeros(3)
         if self._room is not None:
             self._room = self._wanted_room
         self._rise_over(ground)
@@ -87,9 +88,13 @@ class Camera:
         if ground is None:
             return
         places = self.target + SIGHT[:, None] * (self.eye - self.target)
-        over_ankles = ground.smooth_height_at(places[:, [0, 2]]) - (self.target[1] - ANKLES)
-        least = (over_ankles / SIGHT).max() - ANKLES + CLEARANCE  # metres that the eye must be over the target
-        self.pitch = max(self.pitch, float(np.arcsin(np.clip(least / self.distance, -1, np.sin(PITCH_LIMITS[1])))))
+        over_ankles = ground.smooth_height_at(places[:, [0, 2]]) - (self.target[1] - self.tall * ANKLES)
+        least = (
+            (over_ankles / SIGHT).max() - self.tall * ANKLES + CLEARANCE
+        )  # metres that the eye must be over the target
+        self.pitch = max(
+            self.pitch, float(np.arcsin(np.clip(least / (self.tall * self.distance), -1, np.sin(PITCH_LIMITS[1]))))
+        )
 
     @property
     def forward(self) -> np.ndarray:
@@ -105,7 +110,7 @@ class Camera:
     @property
     def eye(self) -> np.ndarray:
         """(3,) where it stands."""
-        return self.target - self.forward * self.distance
+        return self.target - self.forward * self.tall * self.distance
 
     def lens(self, aspect: float) -> tuple[float, float, float]:
         """Of a picture `aspect` times as wide as high: clip units from its middle for one metre at a distance of one,

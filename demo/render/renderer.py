@@ -37,7 +37,8 @@ class Renderer:
         self._flat, self._uneven = render_passes.FlatGround(), render_passes.UnevenGround()
         self._lines, self._panels = render_passes.lines(), render_passes.Panels()
         plain = gl.is_software() or supersample > 1
-        self._samples, self._supersample = (0 if plain else HARDWARE_SAMPLES) if samples is None else samples, supersample
+        self._supersample = supersample
+        self._samples = (0 if plain else HARDWARE_SAMPLES) if samples is None else samples
         possible = QUALITIES if self._samples else [replace(quality, smooth=False) for quality in QUALITIES]
         self.qualities = tuple(dict.fromkeys(possible))  # the best one first
         self._quality = self.qualities[0]
@@ -99,7 +100,9 @@ class Renderer:
             self._colours = wanted
         self._colours = self._colours + COLOUR_EASE * (wanted - self._colours)
         brightened = colours.brighten(self._colours, view.glow)
-        figures = [body.figure(frame.styled, brightened, plane=_plane(frame.styled, view))]
+        plane = _plane(frame.styled, view)
+        own = view.character
+        figures = [own.figure(plane) if own else body.figure(frame.styled, brightened, plane=plane)]
         if view.twin == "beside":
             shift, tints = view.twin_shift(frame), np.tile(colours.TWIN, (len(wanted), 1))
             figures.append(body.figure(frame.neutral, tints, shift, _plane(frame.neutral, view, shift)))
@@ -124,7 +127,8 @@ def _marks(frame: Frame, view: View) -> np.ndarray:
 
 def _shadow_area(frame: Frame, view: View) -> tuple[float, float, float]:
     """The square of ground that holds the shadows: centre x, z and half its side. A small one is quick to draw."""
-    shadows = _shadow(frame.styled.positions, _plane(frame.styled, view))
+    points = view.character.points if view.character else frame.styled.positions
+    shadows = _shadow(points, _plane(frame.styled, view))
     if view.twin == "beside":
         shift = view.twin_shift(frame)
         shadows = np.concatenate(

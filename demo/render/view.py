@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from demo.figure.character_model import DrawnCharacter
 from demo.render.camera import NEAR, Camera
 from demo.ui import layout
 from demo.ui.canvas import Box
@@ -17,6 +18,7 @@ from sim.session import Frame
 BREADTH = {"": 0.8, "beside": 1.1, "ghost": 0.8}  # of what is to be seen whole, as a share of the field of view
 FLESH = 0.11  # metres of body about the joints, at most
 TWIN_DISTANCE = 1.15  # metres between the character and its neutral twin
+FIGURE_HEIGHT = 1.8  # metres, of the figure: whoever is taller is looked at from farther away
 TWINS = ("", "beside", "ghost")
 # Joints that the body goes on beyond, and how far, as a share of the bone that leads there.
 ENDS = np.array([INDEX[name] for name in ("Head", "LeftHand", "RightHand", "LeftToe", "RightToe")])
@@ -38,6 +40,7 @@ class View:
 
     camera: Camera = field(default_factory=Camera)
     ground: Ground | None = None  # what it stands on; None: level floor
+    character: DrawnCharacter | None = None  # who is drawn in place of the figure
     twin: str = ""  # one of TWINS: the neutral motion beside the character, or about it as a ghost
     arrow: bool = True
     contacts: bool = True
@@ -55,13 +58,25 @@ class View:
         place = frame.styled.root_position
         return shift + UP * (self._height(place + shift) - self._height(place))
 
+    def dress(self, character: DrawnCharacter | None, frame: Frame | None = None) -> None:
+        """Draws a character in place of the figure from now on, or, for None, the figure; frame: the newest."""
+        self.character = character
+        self.camera.tall = max(1.0, character.character.height / FIGURE_HEIGHT) if character else 1.0
+        if character and frame:
+            character.follow(frame.styled, self.ground)
+
     def follow(self, frame: Frame, seconds: float) -> None:
-        """Moves the camera with the character (with what lies between it and its twin) for `seconds`."""
+        """Moves the camera with the character (with what lies between it and its twin) for `seconds`, to a frame of 60
+        a second."""
+        if self.character:
+            self.character.follow(frame.styled, self.ground)
         place = self._aim(frame)
         self.camera.follow(place, seconds, self.ground, self._aim(frame, self.twin_shift(frame) / 2) - place)
 
     def jump_to(self, frame: Frame) -> None:
         """Aims the camera at the character, and its twin, at once."""
+        if self.character:
+            self.character.follow(frame.styled, self.ground)
         self.camera.jump(self._aim(frame, self.twin_shift(frame) / 2), self.ground)
 
     def free_area(self, size: tuple[int, int]) -> Pixels:
@@ -83,11 +98,19 @@ class View:
         return np.concatenate([(clip[:, :2] / distance * [1, -1] + 1) / 2 * size, distance], axis=1)
 
     def figure_box(self, pose: Pose, size: tuple[int, int], shift: np.ndarray | float = 0.0) -> Box:
-        """Left, top, width and height in pixels of what holds a body moved by `shift` metres, in a picture of that
+        """Left, top, width and height in pixels of what holds the figure moved by `shift` metres, in a picture of that
         size."""
         joints = pose.positions + shift
         tips = joints[ENDS] + TIPS * (joints[ENDS] - joints[PARENTS[ENDS]])
-        places = self.pixels(np.concatenate([joints, tips]), size)
+        return self._box(np.concatenate([joints, tips]), size)
+
+    def own_box(self, frame: Frame, size: tuple[int, int]) -> Box:
+        """The same of who is steered: the character that is drawn in place of the figure, or the figure."""
+        return self._box(self.character.points, size) if self.character else self.figure_box(frame.styled, size)
+
+    def _box(self, points: np.ndarray, size: tuple[int, int]) -> Box:
+        """What holds points (n, 3) and the flesh about them."""
+        places = self.pixels(points, size)
         flesh = FLESH / (self.camera.metres_a_pixel(size) * places[:, 2:])
         low, high = (places[:, :2] - flesh).min(0), (places[:, :2] + flesh).max(0)
         return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])

@@ -111,6 +111,7 @@ CONTROLS = (
         menu="presets",
     ),
     Control("neutral twin (beside, see-through, off)", {"twin": ("n",)}, {"twin": ("y",)}, menu="show", group="Show"),
+    Control("your character, or the figure", {"character": ("f3",)}, menu="show"),
     Control("skeleton", {"skeleton": ("k",)}, menu="show"),
     Control("path: walked, asked, predicted", {"trajectory": ("t",)}, menu="show"),
     Control("feet on the ground", {"contacts": (",",)}, menu="show"),

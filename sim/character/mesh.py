@@ -129,7 +129,10 @@ def _read_piece(
         "joints": joints,
         "weights": weights,
     }
-    return _Piece(corners, triangles, primitive.get("material"))
+    used, triangles = np.unique(triangles, return_inverse=True)  # primitives may share their corners
+    return _Piece(
+        {name: each[used] for name, each in corners.items()}, triangles.reshape(-1, 3), primitive.get("material")
+    )
 
 
 def _below(file: GltfFile, rig: Rig, node: int, carrier: int) -> np.ndarray:

@@ -168,7 +168,11 @@ def detect(names: Sequence[str]) -> dict[str, str]:
 
 def load(path: str | Path) -> dict[str, str]:
     """A map file: JSON {our joint: theirs}. Raises OSError, or ValueError saying which joints are wrong or missing."""
-    name_map = read_json(path)
+    return check(read_json(path), path)
+
+
+def check(name_map: object, path: str | Path) -> dict[str, str]:
+    """What a map file held, as it is. Raises ValueError, naming the file, saying which joints are wrong or missing."""
     if not isinstance(name_map, dict) or not all(isinstance(theirs, str) for theirs in name_map.values()):
         raise ValueError(f'{path} must hold one JSON object of names, {{"Hips": "their name", ...}}')
     unknown = [ours for ours in name_map if ours not in INDEX]
