@@ -17,11 +17,13 @@ from typing import Sequence
 from demo.export import export, video
 from sim.character.character import Character
 from sim.ground.ground import Ground
+from sim.io import poses_npz
 from sim.latency import Latency
 from sim.motion.clip import FPS
 from sim.session import Frame
 
-ENDINGS = ("bvh", "glb", "mp4", "gif")  # of all files that an export may write
+KINDS = ("bvh", "glb", "video")  # that are written unless others are asked for
+ENDINGS = ("bvh", "glb", "mp4", "gif", "npz")  # of all files that these may be
 NICENESS = 10  # the walk goes first
 _WRITING = threading.Lock()  # held, in the other process, while it writes
 
@@ -49,10 +51,16 @@ class ExportJobs:
         """Whether an export runs."""
         return self._export is not None
 
-    def export(self, stem: Path, ground: Ground | None = None, character: Character | None = None) -> None:
+    def export(
+        self,
+        stem: Path,
+        ground: Ground | None = None,
+        character: Character | None = None,
+        kinds: Sequence[str] = KINDS,
+    ) -> None:
         """Begins to write the frames kept so far, which were made on a ground, to `stem` with each kind's ending; on
         the figure, or on a character."""
-        self._export = self._thread.submit(_write_elsewhere, list(self.frames), stem, ground, character)
+        self._export = self._thread.submit(_write_elsewhere, list(self.frames), stem, ground, character, kinds)
 
     def finished(self, wait: bool = False) -> Written | None:
         """What came of the export, once, as soon as it is over; None before. `wait` waits for it."""
@@ -63,13 +71,13 @@ class ExportJobs:
 
 
 def _write_elsewhere(
-    frames: Sequence[Frame], stem: Path, ground: Ground | None, character: Character | None
+    frames: Sequence[Frame], stem: Path, ground: Ground | None, character: Character | None, kinds: Sequence[str]
 ) -> Written:
     """write_all in a process of its own, begun and waited for in a thread."""
     packed = [pickle.dumps(frame) for frame in frames]  # one by one: in between the walk gets Python's lock
     try:
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_start_writing) as process:
-            return process.submit(_write_packed, packed, stem, ground, character).result()
+            return process.submit(_write_packed, packed, stem, ground, character, kinds).result()
     except Exception as error:  # the other process died, whatever of: the walk goes on
         return Written((), (f"the export stopped: {error}",))
 
@@ -89,23 +97,36 @@ def _end_with_parent() -> None:
             os._exit(0)  # the pool would wait for the window's next word for ever
 
 
-def _write_packed(packed: Sequence[bytes], stem: Path, ground: Ground | None, character: Character | None) -> Written:
+def _write_packed(
+    packed: Sequence[bytes], stem: Path, ground: Ground | None, character: Character | None, kinds: Sequence[str]
+) -> Written:
     with _WRITING:
-        return write_all([pickle.loads(frame) for frame in packed], stem, ground, character)
+        return write_all([pickle.loads(frame) for frame in packed], stem, ground, character, kinds)
 
 
 def write_all(
-    frames: Sequence[Frame], stem: Path, ground: Ground | None = None, character: Character | None = None
+    frames: Sequence[Frame],
+    stem: Path,
+    ground: Ground | None = None,
+    character: Character | None = None,
+    kinds: Sequence[str] = KINDS,
 ) -> Written:
     """Writes every kind that this machine can; the video as MP4, or as GIF where there is no ffmpeg."""
     result = export.Result(frames, Latency(), 0.0, ground, export.Takeaway(character))
     files, problems = [], []
-    endings = {"bvh": "bvh", "glb": "glb", "video": "mp4" if video.has_ffmpeg() else "gif"}
-    for kind, ending in endings.items():
-        path = stem.with_name(f"{stem.name}.{ending}")
+    writers = export.WRITERS | {"poses": _write_poses}
+    endings = {"poses": "npz", "video": "mp4" if video.has_ffmpeg() else "gif"}
+    for kind in kinds:
+        path = stem.with_name(f"{stem.name}.{endings.get(kind, kind)}")
         try:
-            export.WRITERS[kind](path, result)
+            writers[kind](path, result)
             files.append(path)
         except (OSError, ValueError) as error:
             problems.append(f"no {kind}: {error}")
     return Written(tuple(files), tuple(problems))
+
+
+def _write_poses(path: Path, result: export.Result) -> None:
+    with poses_npz.writer(path) as add:
+        for frame in result.frames:
+            add(frame)

@@ -156,6 +156,11 @@ class Live:
         self.picked_at = float("-inf")  # when a part was picked last, which lights it up
         self.type(False)
 
+    @property
+    def folder(self) -> Path:
+        """Where recordings, exports and pictures go."""
+        return Path.cwd()
+
     # ---- the loop -----------------------------------------------------------
 
     def run(self, seconds: float | None, sleep: Callable[[float], None]) -> None:
