@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from types import ModuleType
 from typing import Any, Callable, Iterator, NoReturn, Sequence
 
-from demo.commands import bench, doctor, evaluate, export, keys, live, replay, styles, stylize, train
+from demo.commands import bench, doctor, evaluate, export, keys, live, replay, serve, styles, stylize, train
 from sim.io.provenance import PERMISSIVE
 from sim.io.user_dirs import cache_folder
 
@@ -19,6 +19,7 @@ from sim.io.user_dirs import cache_folder
 # inside run, so that --help and a mistyped word are answered at once.
 COMMANDS = {
     "replay": replay,
+    "serve": serve,
     "stylize": stylize,
     "styles": styles,
     "bench": bench,

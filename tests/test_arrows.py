@@ -27,6 +27,7 @@ MAY_IMPORT = {  # room: what it may import besides itself and Python's library
         "OpenGL",
         "PIL",
         "imageio_ffmpeg",
+        "aiohttp",
     },
     "patchwalk": {"sim", "controller", "stylizer"},
 }
@@ -61,6 +62,7 @@ ROOMS = {
         "render",
         "export",
         "live",
+        "serve",
         "bench",
         "commands",
         "cli",

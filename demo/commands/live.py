@@ -84,6 +84,7 @@ def run(args: argparse.Namespace) -> int:
             for path in report.files:
                 print(f"wrote {path}")
             return 0
+    print("To steer it in a browser instead: patchwalk serve")
     print(f"No window ({reason}): replaying the first {SECONDS} s of the bundled recording into {OUT}/.")
     replay_bundled(OUT, bundled.first(SECONDS * FPS), stream, args.stylizer, load_ground(ground), character)
     return 0

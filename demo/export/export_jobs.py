@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Sequence
 from demo.export import export, video
 from sim.character.character import Character
 from sim.ground.ground import Ground
+from sim.io import poses_npz
 from sim.latency import Latency
 from sim.motion.clip import FPS
 from sim.session import Frame
@@ -24,7 +25,8 @@ from sim.session import Frame
 if TYPE_CHECKING:
     from multiprocessing.sharedctypes import Synchronized
 
-ENDINGS = ("bvh", "glb", "mp4", "gif")  # of all files that an export may write
+KINDS = ("bvh", "glb", "video")  # that are written unless others are asked for
+ENDINGS = ("bvh", "glb", "mp4", "gif", "npz")  # of all files that these may be
 NICENESS = 10  # the walk goes first
 _SPAWN = multiprocessing.get_context("spawn")
 _WRITING = threading.Lock()  # held, in the other process, while it writes
@@ -60,12 +62,18 @@ class ExportJobs:
         """How much of the export is done, 0 .. 1; None where none runs."""
         return self._done.value if self.busy else None
 
-    def export(self, stem: Path, ground: Ground | None = None, character: Character | None = None) -> None:
+    def export(
+        self,
+        stem: Path,
+        ground: Ground | None = None,
+        character: Character | None = None,
+        kinds: Sequence[str] = KINDS,
+    ) -> None:
         """Begins to write the frames kept so far, which were made on a ground, to `stem` with each kind's ending; on
         the figure, or on a character."""
         self._done.value = 0.0
         self._export = self._thread.submit(
-            _write_elsewhere, list(self.frames), stem, ground, character, self._done
+            _write_elsewhere, list(self.frames), stem, ground, character, kinds, self._done
         )
 
     def finished(self, wait: bool = False) -> Written | None:
@@ -81,13 +89,14 @@ def _write_elsewhere(
     stem: Path,
     ground: Ground | None,
     character: Character | None,
+    kinds: Sequence[str],
     done: "Synchronized[float]",
 ) -> Written:
     """write_all in a process of its own, begun and waited for in a thread."""
     try:
         packed = [pickle.dumps(frame) for frame in frames]  # one by one: in between the walk gets Python's lock
         with ProcessPoolExecutor(1, _SPAWN, initializer=_start_writing, initargs=(done,)) as process:
-            return process.submit(_write_packed, packed, stem, ground, character).result()
+            return process.submit(_write_packed, packed, stem, ground, character, kinds).result()
     except Exception as error:  # the other process died, whatever of: the walk goes on
         return Written((), (f"the export stopped: {error}",))
 
@@ -111,9 +120,11 @@ def _end_with_parent() -> None:
             os._exit(0)  # the pool would wait for the window's next word for ever
 
 
-def _write_packed(packed: Sequence[bytes], stem: Path, ground: Ground | None, character: Character | None) -> Written:
+def _write_packed(
+    packed: Sequence[bytes], stem: Path, ground: Ground | None, character: Character | None, kinds: Sequence[str]
+) -> Written:
     with _WRITING:
-        return write_all([pickle.loads(frame) for frame in packed], stem, ground, character, _say_done)
+        return write_all([pickle.loads(frame) for frame in packed], stem, ground, character, kinds, _say_done)
 
 
 def _say_done(share: float) -> None:
@@ -126,6 +137,7 @@ def write_all(
     stem: Path,
     ground: Ground | None = None,
     character: Character | None = None,
+    kinds: Sequence[str] = KINDS,
     progress: export.Progress = export.ignore,
 ) -> Written:
     """Writes every kind that this machine can; the video as MP4, or as GIF where there is no ffmpeg.
@@ -133,14 +145,21 @@ def write_all(
     progress: told how much is done, which is how much of the video is drawn, for the others take no time."""
     result = export.Result(frames, Latency(), 0.0, ground, export.Takeaway(character), progress)
     files, problems = [], []
-    endings = {"bvh": "bvh", "glb": "glb", "video": "mp4" if video.has_ffmpeg() else "gif"}
-    for kind, ending in endings.items():
-        path = stem.with_name(f"{stem.name}.{ending}")
+    writers = export.WRITERS | {"poses": _write_poses}
+    endings = {"poses": "npz", "video": "mp4" if video.has_ffmpeg() else "gif"}
+    for kind in kinds:
+        path = stem.with_name(f"{stem.name}.{endings.get(kind, kind)}")
         try:
-            export.WRITERS[kind](path, result)
+            writers[kind](path, result)
             files.append(path)
         except OSError as error:
             problems.append(f"no {kind}: {error.filename or path}: {error.strerror or error}")
         except Exception as error:  # whatever it is: the other kinds are written
             problems.append(f"no {kind}: {error or type(error).__name__}")
     return Written(tuple(files), tuple(problems))
+
+
+def _write_poses(path: Path, result: export.Result) -> None:
+    with poses_npz.writer(path) as add:
+        for frame in result.frames:
+            add(frame)

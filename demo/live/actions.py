@@ -21,14 +21,20 @@ TOUCH_REACH = 0.13  # metres from the figure's bones within which a click on the
 
 def do(live: "Live", action: str) -> None:
     """Carries out an action; one that is only held, such as walking, needs nothing here."""
+    name, argument = parse(action)
+    if name in ACTIONS:
+        ACTIONS[name](live, argument)
+
+
+def parse(action: str) -> tuple[str, str]:
+    """The name in ACTIONS, and the argument: `pick_legs` is `pick:legs`, and `preset_3` is `preset:3`."""
     name, _, argument = action.partition(":")
     if name.startswith("pick_"):
         name, argument = "pick", name.removeprefix("pick_")
     for group in ("preset", "save"):
         if name.startswith(f"{group}_") and name.removeprefix(f"{group}_").isdigit():
             name, argument = group, name.removeprefix(f"{group}_")
-    if name in ACTIONS:
-        ACTIONS[name](live, argument)
+    return name, argument
 
 
 def is_on(live: "Live", action: str) -> bool | None:

@@ -24,7 +24,7 @@ def toggle_recording(live: "Live") -> None:
     if live.recorder:
         stop_recording(live)
         return
-    path = new_file("jsonl")
+    path = new_file(live.folder, "jsonl")
 
     def start() -> None:
         live.recorder = live.recorder_factory(
@@ -52,7 +52,9 @@ def export(live: "Live") -> None:
     elif not live.takes.frames:
         live.say("there is nothing to export yet")
     elif live.guard(
-        lambda: live.takes.export(new_file(*export_jobs.ENDINGS).with_suffix(""), live.session.ground, live.shown)
+        lambda: live.takes.export(
+            new_file(live.folder, *export_jobs.ENDINGS).with_suffix(""), live.session.ground, live.shown
+        )
     ):
         live.say(f"exporting the last {len(live.takes.frames) / FPS:.1f} s as BVH, glTF and video")
 
@@ -97,7 +99,7 @@ def apply_learned(live: "Live") -> None:
 
 def screenshot(live: "Live") -> None:
     """Saves the picture as it is, with the text, in the current folder."""
-    path = new_file("png")
+    path = new_file(live.folder, "png")
 
     def save() -> None:
         live.paint()
@@ -109,12 +111,12 @@ def screenshot(live: "Live") -> None:
     live.guard(save)
 
 
-def new_file(*suffixes: str) -> Path:
-    """A path in the current folder with the first suffix, whose name is free with all of them."""
+def new_file(folder: Path, *suffixes: str) -> Path:
+    """A path in a folder with the first suffix, whose name is free with all of them."""
     now = f"patchwalk-{datetime.now():%Y%m%d-%H%M%S}"
     number = 1
     while True:
-        paths = [Path.cwd() / f"{now}{f'-{number}' if number > 1 else ''}.{suffix}" for suffix in suffixes]
+        paths = [folder / f"{now}{f'-{number}' if number > 1 else ''}.{suffix}" for suffix in suffixes]
         if not any(path.exists() for path in paths):
             return paths[0]
         number += 1

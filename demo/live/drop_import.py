@@ -85,8 +85,13 @@ class DropImport:
             whole.append(self._end())
             self._reporting = False
         whole = [paths for paths in whole if paths]
-        self._waiting += [self._thread.submit(self._try, paths) for paths in whole]
+        for paths in whole:
+            self.learn(paths)
         return whole
+
+    def learn(self, paths: Sequence[Path]) -> None:
+        """Begins to learn a style of the files of a drop, or to read a character."""
+        self._waiting.append(self._thread.submit(self._try, paths))
 
     def finished(self) -> list[Learned | Arrived | Refused]:
         """What has come of drops since it was last asked."""

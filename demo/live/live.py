@@ -173,6 +173,11 @@ class Live:
             self.dress(DrawnCharacter(character))
         self.type(False)
 
+    @property
+    def folder(self) -> Path:
+        """Where recordings, exports and pictures go."""
+        return Path.cwd()
+
     # ---- the loop -----------------------------------------------------------
 
     def run(self, seconds: float | None, sleep: Callable[[float], None]) -> None:

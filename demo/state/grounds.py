@@ -33,6 +33,12 @@ class Grounds:
         self._stand_on(self._names[(self._names.index(self.name) + 1) % len(self._names)])
         return self.name
 
+    def go_to(self, name: str) -> None:
+        """Starts again on one of them by its name. Raises ValueError for another one."""
+        if name not in self._names:
+            raise ValueError(f"the ground {name} is not here: start with --ground {name}")
+        self._stand_on(name)
+
     @property
     def other(self) -> str | None:
         """The name of the one in use; None for level floor."""

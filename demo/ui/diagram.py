@@ -29,10 +29,10 @@ class Diagram:
 
     def paint(self, canvas: Canvas, box: Box) -> None:
         for grow, lit in ((2.6, True), (0.0, False)):  # what is picked gets a rim, drawn first
-            for part, discs in enumerate(_discs()):
+            for part, of_part in enumerate(discs()):
                 if lit and PART_NAMES[part] not in self.picked:
                     continue
-                for x, y, radius in discs:
+                for x, y, radius in of_part:
                     canvas.disc(box[0] + x, box[1] + y, radius + grow, ACCENT if lit else self.colours[part])
         canvas.text("R", box[0] + 6, box[1] + 24, FAINT, SMALL)
         canvas.text("L", box[0] + WIDTH - 12, box[1] + 24, FAINT, SMALL)
@@ -60,7 +60,7 @@ def nearest_part(joints: np.ndarray, at: np.ndarray, reach: float) -> str | None
 
 
 @cache
-def _discs() -> tuple[tuple[tuple[float, float, float], ...], ...]:
+def discs() -> tuple[tuple[tuple[float, float, float], ...], ...]:
     """For each part, discs (x, y, radius) in units that fill its capsules' outlines."""
     turns, origins = forms.BIND.rotations[forms.FORM_JOINT], forms.BIND.positions[forms.FORM_JOINT]
     starts = origins + rot.rotate(turns, forms.FORM_START)

@@ -1,0 +1,1 @@
+"""The character in a browser: a server, its workers, and the page."""

@@ -1,0 +1,23 @@
+"""What a server is told, and where what its pages make goes."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from sim.io.user_dirs import data_folder
+
+FOLDER = "browser"  # of recordings and exports, in the user's folder
+
+
+@dataclass(frozen=True)
+class Options:
+    """What sessions are made of: the stylizer's name, and the ground's."""
+
+    stylizer: str | None = None
+    ground: str | None = None
+
+
+def own_folder() -> Path:
+    """Where recordings and exports of pages go; made where it is not there yet."""
+    folder = data_folder() / FOLDER
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

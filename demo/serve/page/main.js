@@ -1,0 +1,268 @@
+// The page: loads what it needs from its server, then shows the newest frame that came over the socket in each picture.
+
+import { Camera } from "./camera.js";
+import { Heights } from "./ground.js";
+import { Input } from "./input.js";
+import { Panel } from "./panel.js";
+import { readPacket, Skeleton } from "./poses.js";
+import { Scene, toPixels } from "./scene.js";
+
+const REACH = 34; // pixels from a bone within which a tap means its part
+const SLOW = 25, LEAST_SHARP = 0.5; // pictures a second under which fewer pixels are drawn
+const FIGURES_SECONDS = 0.25, GLOW_SECONDS = 0.5, ATTRACT_ORBIT = 0.12;
+const find = (id) => document.getElementById(id);
+
+async function load(path) {
+  const response = await fetch(path);
+  if (!response.ok) throw new Error(`the server did not give ${path}: load the page anew`);
+  return response;
+}
+
+function readSkins(bytes) {
+  const length = new DataView(bytes).getUint32(0, true), start = 4 + length;
+  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, length)));
+  for (const level of Object.values(head))
+    for (const name in level) {
+      const [offset, size] = level[name];
+      level[name] = new (name === "triangles" ? Uint32Array : Float32Array)(bytes, start + offset, size);
+    }
+  return head;
+}
+
+class Page {
+  constructor(world, skins) {
+    this.world = world;
+    const canvas = find("scene");
+    this.camera = new Camera(world.camera);
+    this.scene = new Scene(canvas, world, skins, new Skeleton(world, skins.bind.joints));
+    this.panel = new Panel(world, (action) => this.act(action));
+    this.input = new Input(canvas, world, this.camera, {
+      act: (action) => this.act(action),
+      send: (said) => this.send(said),
+      tap: (x, y) => this.tap(x, y),
+    });
+    this.frame = this.state = this.ground = null;
+    this.glowing = {}; // part -> when it was picked
+    this.sharpness = 1; // share of the screen's own pixels that are drawn: less where drawing takes too long
+    this.counts = { pictures: 0, bytes: 0, since: performance.now(), delay: null, frames: 0 };
+    this.listen();
+    this.connect();
+    this.resize();
+    this.last = performance.now();
+    requestAnimationFrame((now) => this.draw(now));
+  }
+
+  // ---- to and fro ------------------------------------------------------------------------------
+
+  connect() {
+    this.socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket`);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.hear(JSON.parse(data)) : this.take(data));
+    this.socket.onclose = () => {
+      if (this.refused) return;
+      find("lost").hidden = false;
+      setTimeout(() => this.connect(), 1500);
+    };
+    this.socket.onopen = () => {
+      find("lost").hidden = true;
+      this.input.last = "";
+      if (document.hidden) this.send({ hidden: true });
+    };
+  }
+
+  send(said) {
+    if (this.socket.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(said));
+    return true;
+  }
+
+  take(bytes) {
+    this.frame = readPacket(bytes, this.world.packet);
+    this.counts.frames += 1;
+    this.counts.bytes += bytes.byteLength;
+  }
+
+  hear(said) {
+    if (said.welcome) this.word = said.welcome;
+    if (said.full) {
+      this.refused = true;
+      find("lost").hidden = false;
+      find("lost").querySelector("p").textContent = said.full;
+    }
+    if (said.say) this.panel.say(said.say, said.alert);
+    if (said.styles) this.panel.setStyles(said.styles);
+    if (said.presets) this.panel.setPresets(said.presets);
+    if (said.file) this.save(said.file);
+    if (said.state) this.setState(said.state);
+  }
+
+  setState(state) {
+    if (this.state && !state.playing && this.state.picked !== state.picked) this.glow(state.parts);
+    if (state.ground !== this.ground) this.changeGround(state.ground);
+    this.state = state;
+    this.panel.setState(state);
+  }
+
+  async changeGround(name) {
+    this.ground = name;
+    const bytes = await (await load(`/ground/${this.world.grounds.indexOf(name)}`)).arrayBuffer();
+    if (this.ground === name) this.scene.standOn(bytes.byteLength ? new Heights(bytes) : null);
+  }
+
+  save(name) {
+    const link = document.createElement("a");
+    link.href = `/take/${this.word}/${encodeURIComponent(name)}`;
+    link.download = name;
+    link.click();
+    this.panel.say(`saved ${name}`);
+  }
+
+  async drop(files) {
+    const form = new FormData();
+    for (const file of files) form.append("files", file, file.name);
+    try {
+      const response = await fetch(`/drop/${this.word}`, { method: "POST", body: form });
+      const said = response.headers.get("content-type")?.includes("json") ? await response.json() : null;
+      this.panel.say(said?.say ?? "the files were too large: 64 MB at most", !response.ok);
+    } catch {
+      this.panel.say("the files did not come through; drop them again", true);
+    }
+  }
+
+  // ---- what is asked for ---------------------------------------------------------------------------
+
+  act(action) {
+    const local = LOCAL[action];
+    if (local) local(this);
+    else this.send({ do: action });
+  }
+
+  tap(x, y) {
+    if (!this.drawn) return;
+    const { poses, worldToClip } = this.drawn, box = find("scene").getBoundingClientRect();
+    const at = toPixels(poses[0].positions, worldToClip, box.width, box.height);
+    let nearest = REACH, part = null;
+    at.forEach((stop, joint) => {
+      const parent = this.world.parents[joint];
+      if (parent < 0) return;
+      const start = at[parent], along = [stop[0] - start[0], stop[1] - start[1]];
+      const length = Math.max(along[0] ** 2 + along[1] ** 2, 1e-9);
+      const share = Math.min(Math.max(((x - start[0]) * along[0] + (y - start[1]) * along[1]) / length, 0), 1);
+      const away = Math.hypot(start[0] + share * along[0] - x, start[1] + share * along[1] - y);
+      if (away < nearest) [nearest, part] = [away, this.world.parts[this.world.part_of_joint[parent]]];
+    });
+    if (part) this.act(`pick_${part}`);
+  }
+
+  glow(parts) {
+    for (const part of parts) this.glowing[part] = performance.now();
+  }
+
+  listen() {
+    addEventListener("resize", () => this.resize());
+    document.addEventListener("visibilitychange", () => this.send({ hidden: document.hidden }));
+    addEventListener("dragover", (event) => event.preventDefault());
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      if (event.dataTransfer.files.length) this.drop(event.dataTransfer.files);
+    });
+    find("file").addEventListener("change", ({ target }) => {
+      if (target.files.length) this.drop(target.files);
+      target.value = "";
+    });
+    this.input.listenStick(find("stick"));
+    for (const button of document.querySelectorAll("[data-hold]")) this.input.listenHold(button, button.dataset.hold);
+    addEventListener("touchstart", () => document.body.classList.add("touch"), { once: true, passive: true });
+    new ResizeObserver(() => this.resize()).observe(find("dress"));
+  }
+
+  resize() {
+    const canvas = find("scene"), ratio = Math.min(devicePixelRatio, 2) * this.sharpness, box = canvas.getBoundingClientRect();
+    canvas.width = Math.max(1, Math.round(box.width * ratio));
+    canvas.height = Math.max(1, Math.round(box.height * ratio));
+    const dress = find("dress"), taken = dress.hidden ? null : dress.getBoundingClientRect();
+    const beside = taken && taken.width < 0.6 * box.width;
+    this.camera.centre = taken ? (beside ? [taken.right / box.width, 0] : [0, taken.height / box.height]) : [0, 0];
+    this.camera.free = taken ? (beside ? [1 - taken.right / box.width, 1] : [1, 1 - taken.height / box.height]) : [1, 1];
+  }
+
+  // ---- a picture ---------------------------------------------------------------------------------
+
+  draw(now) {
+    requestAnimationFrame((next) => this.draw(next));
+    const seconds = Math.min((now - this.last) / 1000, 0.1), { frame, state, camera } = this;
+    this.last = now;
+    if (!frame || !state) return;
+    this.input.step(seconds);
+    const [x, z] = [frame.root[0], frame.root[2]], [height, riseX, riseZ] = frame.plane;
+    if (frame.playing && !state.replaying) camera.orbit(ATTRACT_ORBIT * seconds, 0);
+    camera.follow([x, height + riseX * x + riseZ * z, z], seconds, this.scene.heights);
+    const glow = {};
+    for (const [part, at] of Object.entries(this.glowing)) glow[part] = Math.max(0, 1 - (now - at) / 1000 / GLOW_SECONDS);
+    const seen = { twin: frame.twin ? state.twin : "", glow };
+    for (const name of state.seen) seen[name] = true;
+    this.drawn = this.scene.draw(frame, camera, seen);
+    const delay = this.input.answered(frame.answers);
+    if (delay !== null) this.counts.delay = delay;
+    this.panel.setColours(this.scene.tints);
+    this.count(now);
+  }
+
+  count(now) {
+    const counts = this.counts, seconds = (now - counts.since) / 1000;
+    counts.pictures += 1;
+    if (seconds < FIGURES_SECONDS) return;
+    if (counts.pictures / seconds < SLOW && this.sharpness > LEAST_SHARP && !document.hidden) {
+      this.sharpness = Math.max(LEAST_SHARP, this.sharpness * 0.8);
+      this.resize();
+    }
+    const times = Object.fromEntries(this.world.packet.timed.map((name, i) => [name, (this.frame.times[i] * this.world.packet.microseconds) / 1000]));
+    const figures = { frame: times.frame, delay: counts.delay, rate: counts.pictures / seconds, bytes: counts.bytes / seconds, poses: counts.frames / seconds };
+    this.figures = figures;
+    this.panel.setFigures(figures);
+    if (this.state.seen.includes("times")) this.panel.setTimes(times);
+    Object.assign(counts, { pictures: 0, bytes: 0, frames: 0, since: now });
+  }
+}
+
+// What the page does by itself.
+const LOCAL = {
+  zoom_in: ({ camera }) => camera.zoom(1),
+  zoom_out: ({ camera }) => camera.zoom(-1),
+  search: (page) => {
+    find("dress").hidden = false;
+    page.resize();
+    find("search").focus();
+  },
+  panels: (page) => {
+    document.body.classList.toggle("bare");
+    find("dress").hidden = document.body.classList.contains("bare");
+    page.resize();
+  },
+  dress: (page) => {
+    find("dress").hidden = !find("dress").hidden;
+    page.resize();
+  },
+  help: () => (find("help").hidden = !find("help").hidden),
+  menu: () => (find("help").hidden = !find("help").hidden),
+  leave: () => (find("help").hidden = true),
+  add: () => find("file").click(),
+  full_screen: () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()),
+  screenshot: (page) => {
+    page.scene.draw(page.frame, page.camera, { twin: "" });
+    const link = document.createElement("a");
+    link.href = find("scene").toDataURL();
+    link.download = "patchwalk.png";
+    link.click();
+  },
+};
+
+try {
+  const [world, skins] = await Promise.all([load("/world.json").then((r) => r.json()), load("/skin").then((r) => r.arrayBuffer())]);
+  if (matchMedia("(max-width: 720px)").matches) find("dress").hidden = true;
+  window.page = new Page(world, readSkins(skins));
+} catch (error) {
+  console.error(error);
+  find("lost").hidden = false;
+  find("lost").querySelector("p").textContent = error.message;
+}

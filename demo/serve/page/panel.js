@@ -1,0 +1,235 @@
+// The panels: the body to pick a part from, styles, strength, presets, what is said and how fast it goes.
+
+const SVG = "http://www.w3.org/2000/svg";
+const STAGES = { controller: "controller", features: "features", stylizer: "stylizer", foot_lock: "foot lock", frame: "frame" };
+
+export function element(tag, properties = {}, ...children) {
+  const made = tag.startsWith("svg:") ? document.createElementNS(SVG, tag.slice(4)) : document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else if (name in made && !tag.startsWith("svg:")) made[name] = value;
+    else made.setAttribute(name, value);
+  }
+  made.append(...children);
+  return made;
+}
+
+const readable = (part) => (part === "all" ? "whole body" : part.replace("_", " "));
+const percent = (share) => `${Math.round(share * 100)}%`;
+const find = (id) => document.getElementById(id);
+
+export class Panel {
+  constructor(world, act) {
+    Object.assign(this, { world, act });
+    this.styles = [];
+    this.colours = {};
+    this.state = null;
+    for (const [name, colour] of Object.entries(world.colours.panel))
+      document.documentElement.style.setProperty(`--${name}`, colour);
+    this.own = css(world.colours.scene.own_style);
+    this.buildDiagram();
+    this.buildParts();
+    for (const button of document.querySelectorAll("[data-do]"))
+      button.addEventListener("click", () => act(button.dataset.do));
+    find("strength").addEventListener("input", (event) => act(`strength:${event.target.value / 150}`));
+    find("share").addEventListener("input", (event) => act(`share:${event.target.value / 100}`));
+    find("search").addEventListener("input", () => this.showStyles());
+    find("search").addEventListener("keydown", (event) => this.searchKey(event));
+    this.buildHelp();
+  }
+
+  // ---- made once -------------------------------------------------------------------------------
+
+  buildDiagram() {
+    const { size, discs } = this.world.diagram, picture = find("diagram");
+    picture.setAttribute("viewBox", `0 0 ${size[0]} ${size[1]}`);
+    const group = (part, grow) => element("svg:g", { "data-part": this.world.parts[part], class: grow ? "rim" : "limb" },
+      ...discs[part].map(([cx, cy, r]) => element("svg:circle", { cx, cy, r: r + grow })));
+    this.world.parts.forEach((_, part) => picture.append(group(part, 2.4)));
+    this.world.parts.forEach((name, part) => {
+      const limb = group(part, 0);
+      limb.addEventListener("click", () => this.act(`pick_${name}`));
+      picture.append(limb);
+    });
+    for (const [letter, x] of [["R", 8], ["L", size[0] - 14]])
+      picture.append(element("svg:text", { x, y: 62 }, letter));
+  }
+
+  buildParts() {
+    this.rows = Object.fromEntries(this.world.parts.map((part) => {
+      const dot = element("i"), style = element("span"), strength = element("b");
+      const row = element("button", { className: "part", onclick: () => this.act(`pick_${part}`) },
+        dot, element("small", {}, readable(part)), style, strength);
+      find("parts").append(row);
+      return [part, { row, dot, style, strength }];
+    }));
+    for (const group of Object.keys(this.world.groups)) {
+      const made = element("button", { onclick: () => this.act(`pick_${group}`) }, group === "all" ? "all" : group);
+      made.dataset.group = group;
+      find("groups").append(made);
+    }
+  }
+
+  buildHelp() {
+    const rows = this.world.help.filter(([, keys]) => keys);
+    find("keys").append(...rows.flatMap(([help, keys]) => [element("dt", {}, keys), element("dd", {}, help)]));
+  }
+
+  // ---- what the server says ----------------------------------------------------------------------
+
+  setStyles(styles) {
+    this.styles = styles;
+    this.colours = Object.fromEntries(styles.map(([name, colour]) => [name, colour]));
+    find("search").placeholder = `search ${styles.length} styles`;
+    this.showStyles();
+  }
+
+  showStyles() {
+    const wanted = find("search").value.trim().toLowerCase(), blending = this.state?.blending;
+    const shown = this.styles.filter(([name]) => name.includes(wanted));
+    const chip = (name, colour, noncommercial) => {
+      const label = name === "own style" && blending ? "no blend" : name;
+      const made = element("button", { className: "chip", onclick: () => this.act(`choose:${name}`) },
+        element("i", { style: `background:${colour}` }), element("span", {}, label));
+      if (noncommercial) made.append(element("em", { title: "for non-commercial use only" }, "nc"));
+      made.dataset.style = name;
+      return made;
+    };
+    find("styles").replaceChildren(chip("own style", this.own), ...shown.map((style) => chip(...style)));
+    this.lightStyle();
+  }
+
+  lightStyle() {
+    for (const made of find("styles").children) {
+      const on = made.dataset.style === this.state?.slot;
+      if (on && !made.classList.contains("on")) keepInView(made);
+      made.classList.toggle("on", on);
+    }
+  }
+
+  searchKey(event) {
+    if (event.key === "Enter") {
+      const first = this.styles.find(([name]) => name.includes(event.target.value.trim().toLowerCase()));
+      if (first && event.target.value.trim()) this.act(`choose:${first[0]}`);
+    }
+    if (event.key === "Enter" || event.key === "Escape") {
+      event.target.value = "";
+      event.target.blur();
+      this.showStyles();
+    }
+    event.stopPropagation();
+  }
+
+  setPresets(presets) {
+    find("presets").replaceChildren(...this.world.slots.map((slot) => {
+      const [name, colours] = presets[slot] ?? ["", []];
+      const stripes = element("span", { className: "stripes" }, ...colours.map((each) => element("i", { style: `background:${each}` })));
+      const made = element("button", { onclick: () => this.act(`preset_${slot}`), title: "right click or hold: save here" },
+        stripes, element("span", {}, name || `${slot}: hold to save`));
+      onHold(made, () => this.act(`save_${slot}`));
+      return made;
+    }));
+  }
+
+  setState(state) {
+    const before = this.state;
+    this.state = state;
+    const picked = new Set(state.playing && !state.replaying ? [] : state.parts);
+    for (const part of this.world.parts) {
+      const [name, strength, other, share] = state.style[part] ?? [], row = this.rows[part];
+      row.style.textContent = name ? (other ? `${name} › ${percent(share)} ${other}` : name) : "own style";
+      row.strength.textContent = name ? percent(strength) : "";
+      row.row.classList.toggle("own", !name);
+      row.row.classList.toggle("on", picked.has(part));
+      for (const limb of find("diagram").querySelectorAll(`[data-part=${part}]`))
+        limb.classList.toggle("on", picked.has(part));
+    }
+    find("picked").textContent = readable(state.picked);
+    for (const made of find("groups").children) made.classList.toggle("on", made.dataset.group === state.picked);
+    find("style-tab").classList.toggle("on", !state.blending);
+    find("blend-tab").classList.toggle("on", state.blending);
+    find("share-row").hidden = !state.blending;
+    const colourOf = (name) => this.colours[name] ?? this.own;
+    slide(find("strength"), state.strength * 100, colourOf(state.name));
+    find("strength-value").textContent = percent(state.strength);
+    slide(find("share"), state.share * 100, colourOf(state.other));
+    find("share-value").textContent = percent(state.share);
+    find("record").classList.toggle("on", state.recording);
+    find("record").querySelector("span").textContent = state.recording ? "stop" : "record";
+    find("replay").hidden = !state.recorded || state.recording;
+    find("ground-name").textContent = state.ground;
+    find("stylizer-name").textContent = state.stylizer;
+    for (const made of document.querySelectorAll("[data-seen]"))
+      made.classList.toggle("on", made.dataset.seen === "twin" ? Boolean(state.twin) : made.dataset.seen === "pace" ? state.pace : state.seen.includes(made.dataset.seen));
+    find("crouch-toggle").classList.toggle("on", state.crouching);
+    find("title").hidden = !state.playing || state.replaying;
+    find("times").hidden = !state.seen.includes("times");
+    document.body.classList.toggle("playing", state.playing && !state.replaying);
+    if (before?.blending !== state.blending) this.showStyles();
+    else this.lightStyle();
+  }
+
+  // The five parts' colours, as the figure has them now.
+  setColours(tints) {
+    this.world.parts.forEach((part, i) => {
+      const colour = css(tints.slice(3 * i, 3 * i + 3));
+      if (this.rows[part].colour === colour) return;
+      this.rows[part].colour = this.rows[part].dot.style.background = colour;
+      find("diagram").querySelector(`.limb[data-part=${part}]`).style.fill = colour;
+    });
+  }
+
+  say(text, alert = false) {
+    const made = element("p", { className: alert ? "alert" : "" }, text);
+    find("toasts").append(made);
+    while (find("toasts").children.length > 3) find("toasts").firstChild.remove();
+    setTimeout(() => made.remove(), Math.max(4000, text.length * 50));
+  }
+
+  // Figures of the last quarter of a second.
+  setFigures({ frame, delay, rate, poses, bytes }) {
+    find("figures").replaceChildren(...[
+      ["frame", `${frame.toFixed(1)} ms`], ["delay", delay === null ? "–" : `${Math.round(delay)} ms`],
+      ["pictures", `${Math.round(rate)}/s`], ["poses", `${Math.round(poses)}/s`], ["line", `${Math.round(bytes / 1000)} kB/s`],
+    ].map(([name, value]) => element("span", {}, element("small", {}, name), value)));
+  }
+
+  setTimes(times) {
+    const most = 16.7;
+    find("stages").replaceChildren(...Object.entries(STAGES).filter(([name]) => name in times).map(([name, label]) =>
+      element("div", {}, element("span", {}, label),
+        element("i", { style: `width:${Math.min(100, (times[name] / most) * 100)}%` }), element("b", {}, times[name].toFixed(1)))));
+  }
+}
+
+function css(colour) {
+  return `rgb(${colour.map((channel) => Math.round(channel * 255)).join(" ")})`;
+}
+
+function slide(input, value, colour) {
+  if (document.activeElement !== input || !input.matches(":active")) input.value = value;
+  input.style.setProperty("--fill", `${(100 * input.value) / input.max}%`);
+  input.style.setProperty("--colour", colour);
+}
+
+function keepInView(made) {
+  const list = made.parentElement;
+  list.scrollTo({ top: made.offsetTop - list.clientHeight / 2 + made.clientHeight / 2, left: made.offsetLeft - list.clientWidth / 2 });
+}
+
+// A right click, or a finger that stays.
+function onHold(made, act) {
+  let timer = 0;
+  made.addEventListener("contextmenu", (event) => {
+    event.preventDefault();
+    if (!timer) act();
+  });
+  made.addEventListener("pointerdown", (event) => {
+    if (event.pointerType === "touch") timer = setTimeout(act, 600);
+  });
+  for (const kind of ["pointerup", "pointercancel", "pointerleave"])
+    made.addEventListener(kind, () => {
+      clearTimeout(timer);
+      timer = 0;
+    });
+}

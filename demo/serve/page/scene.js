@@ -1,0 +1,334 @@
+// The picture: the window's passes and shaders (demo/render) in WebGL 2, the skin carried by the visitor's own GPU.
+
+import { buffer, Program, Rows, target } from "./gl.js";
+import { GroundMesh } from "./ground.js";
+import { dot, scale } from "./poses.js";
+
+const SHADOW_PIXELS = 256, SHADOW_BLUR = 0.02, SHADOW_MARGIN = 0.3;
+const COLOUR_EASE = 0.15; // share of a colour's change that one picture makes
+const TWIN_DISTANCE = 1.15;
+const ARROW_MARGIN = 0.05; // metres about an arrow within which it is drawn
+const DISC = 0, RING = 1, ARROW = 2;
+const GROUND_COLOUR = [0.75, 0.77, 0.79];
+
+// Carries the skin by its bones, and keeps what comes of it for all passes of the picture.
+const CARRY = `#version 300 es
+in vec3 position;
+in vec3 normal;
+in vec4 joints;
+in vec4 weights;
+uniform mat4 bones[BONES];
+out vec3 place;
+out vec3 direction;
+void main() {
+    mat4 bone = bones[int(joints.x)] * weights.x + bones[int(joints.y)] * weights.y
+              + bones[int(joints.z)] * weights.z + bones[int(joints.w)] * weights.w;
+    place = (bone * vec4(position, 1.0)).xyz;
+    direction = mat3(bone) * normal;
+}`;
+const NOTHING = "#version 300 es\nprecision highp float;\nvoid main() {}";
+
+export class Scene {
+  constructor(canvas, world, skins, skeleton) {
+    const gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
+    if (!gl) throw new Error("this browser has no WebGL 2: turn hardware acceleration on, or use a newer one");
+    const of = world.shaders, program = (vertex, fragment) => new Program(gl, of[vertex], of[fragment]);
+    Object.assign(this, { gl, canvas, world, skeleton });
+    this.carry = new Program(gl, CARRY.replace("BONES", world.joints.length), NOTHING, ["place", "direction"]);
+    this.body = program("BODY_VERTEX", "BODY_FRAGMENT");
+    this.ghost = program("BODY_VERTEX", "GHOST_FRAGMENT");
+    this.cast = program("SHADOW_VERTEX", "SHADOW_FRAGMENT");
+    this.blur = program("FULL_VERTEX", "BLUR_FRAGMENT");
+    this.sky = program("SKY_VERTEX", "SKY_FRAGMENT");
+    this.flat = {
+      ground: program("FLAT_GROUND_VERTEX", "GROUND_FRAGMENT"),
+      shade: program("FLAT_SHADE_VERTEX", "SHADE_FRAGMENT"),
+    };
+    this.uneven = {
+      ground: program("UNEVEN_GROUND_VERTEX", "GROUND_FRAGMENT"),
+      shade: program("UNEVEN_SHADE_VERTEX", "SHADE_FRAGMENT"),
+      mark: program("UNEVEN_MARK_VERTEX", "MARK_FRAGMENT"),
+    };
+    this.marks = new Rows(gl, program("FLAT_MARK_VERTEX", "MARK_FRAGMENT"), [["place", 4], ["colour", 4], ["kind", 2]]);
+    this.lines = new Rows(gl, program("LINE_VERTEX", "LINE_FRAGMENT"), [["start", 4], ["stop", 4], ["colour", 4]]);
+    this.shadows = [target(gl, SHADOW_PIXELS), target(gl, SHADOW_PIXELS)];
+    this.skins = skins;
+    this.figures = [this.makeFigure(), this.makeFigure()]; // the character and its twin
+    this.tints = null;
+    this.ground = null;
+    gl.disable(gl.DITHER);
+  }
+
+  // What one figure needs on the card: each skin with buffers for where its corners are.
+  makeFigure() {
+    const gl = this.gl, result = {};
+    for (const level of ["fine", "coarse"]) {
+      const skin = this.skins[level], count = skin.position.length / 3, own = {};
+      for (const name of ["position", "normal"]) own[name] = { buffer: buffer(gl, skin[name]), width: 3 };
+      for (const name of ["joints", "weights"]) own[name] = { buffer: buffer(gl, skin[name]), width: 4 };
+      const posed = { triangles: buffer(gl, skin.triangles, gl.ELEMENT_ARRAY_BUFFER), bind_place: own.position };
+      for (const name of ["place", "direction"]) {
+        posed[name] = { buffer: gl.createBuffer(), width: 3 };
+        gl.bindBuffer(gl.ARRAY_BUFFER, posed[name].buffer);
+        gl.bufferData(gl.ARRAY_BUFFER, 12 * count, gl.DYNAMIC_COPY);
+      }
+      const material = buffer(gl, skin.material);
+      posed.limbs = { buffer: material, width: 4, stride: 24 };
+      posed.wear = { buffer: material, width: 2, stride: 24, offset: 16 };
+      result[level] = { own, posed, count, feedback: gl.createTransformFeedback(), length: skin.triangles.length };
+    }
+    return result;
+  }
+
+  standOn(heights) {
+    this.heights = heights;
+    this.ground = heights ? new GroundMesh(this.gl, heights, this.world) : null;
+  }
+
+  // One picture of a frame; seen: what is shown besides, as the server's state has it.
+  draw(frame, camera, seen) {
+    const gl = this.gl, { width, height } = this.canvas, aspect = width / height;
+    const worldToClip = camera.worldToClip(aspect), right = camera.right;
+    const shift = seen.twin === "beside" ? this.twinShift(frame, scale(right, -TWIN_DISTANCE)) : [0, 0, 0];
+    const poses = [this.skeleton.pose(frame)];
+    if (frame.twin) poses.push(this.skeleton.pose(frame.twin, shift));
+    poses.forEach((pose, i) => this.pose(this.figures[i], pose));
+    this.easeColours(frame.colours, seen.glow);
+
+    const solid = seen.twin === "beside" ? poses : poses.slice(0, 1), area = this.shadowArea(solid, frame.plane);
+    this.castShadow(solid.length, frame.plane, area);
+
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, width, height);
+    gl.depthMask(true);
+    gl.clearColor(...GROUND_COLOUR, 1);
+    gl.clear(gl.DEPTH_BUFFER_BIT | gl.COLOR_BUFFER_BIT);
+    const eye = camera.eye, values = {
+      world_to_clip: worldToClip, focus: camera.target, area, shadow: 0, eye, to_light: this.world.light,
+      visor: this.world.visor, edges: 0.5, pixel: camera.pixel(width, height), plane: frame.plane,
+      half_size: [width / 2, height / 2], ...camera.sky(aspect),
+    };
+    const marks = this.marksOf(solid, frame, seen);
+    (this.ground ? this.drawUneven : this.drawFlat).call(this, values, marks);
+    this.drawBodies(values, solid.length);
+    if (seen.twin === "ghost" && frame.twin) this.drawGhost(values);
+    this.lines.draw(this.linesOf(solid, frame, seen), values);
+    gl.bindVertexArray(null);
+    return { poses, worldToClip };
+  }
+
+  twinShift(frame, shift) {
+    const [, riseX, riseZ] = frame.plane;
+    return [shift[0], this.heights ? riseX * shift[0] + riseZ * shift[2] : 0, shift[2]];
+  }
+
+  pose(figure, pose) {
+    const gl = this.gl, bones = this.skeleton.bones(pose);
+    gl.enable(gl.RASTERIZER_DISCARD);
+    for (const level of ["fine", "coarse"]) {
+      const { own, posed, count, feedback } = figure[level];
+      this.carry.use({ bones }).bind(own);
+      gl.bindTransformFeedback(gl.TRANSFORM_FEEDBACK, feedback);
+      gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, posed.place.buffer);
+      gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 1, posed.direction.buffer);
+      gl.beginTransformFeedback(gl.POINTS);
+      gl.drawArrays(gl.POINTS, 0, count);
+      gl.endTransformFeedback();
+      for (const place of [0, 1]) gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, place, null);
+      gl.bindTransformFeedback(gl.TRANSFORM_FEEDBACK, null);
+    }
+    gl.disable(gl.RASTERIZER_DISCARD);
+  }
+
+  easeColours(colours, glow) {
+    const wanted = colours.map((channel) => channel / 255);
+    this.tints ??= wanted;
+    this.tints = this.tints.map((channel, i) => channel + COLOUR_EASE * (wanted[i] - channel));
+    const lit = (channel, part) => channel + 0.7 * (glow?.[this.world.parts[part]] ?? 0) * (1 - channel);
+    this.shownTints = new Float32Array(20).fill(1);
+    this.tints.forEach((channel, i) => {
+      const part = Math.floor(i / 3);
+      this.shownTints[4 * part + (i % 3)] = lit(channel, part);
+    });
+  }
+
+  // ---- shadow ------------------------------------------------------------------------------
+
+  shadowArea(poses, plane) {
+    const light = this.world.light, steep = light[1] - plane[1] * light[0] - plane[2] * light[2];
+    let low = [Infinity, Infinity], high = [-Infinity, -Infinity];
+    for (const { positions } of poses)
+      for (const [x, y, z] of positions) {
+        const height = (y - plane[0] - plane[1] * x - plane[2] * z) / steep;
+        const at = [x - light[0] * height, z - light[2] * height];
+        low = low.map((value, i) => Math.min(value, at[i]));
+        high = high.map((value, i) => Math.max(value, at[i]));
+      }
+    const half = Math.max(high[0] - low[0], high[1] - low[1]) / 2 + SHADOW_MARGIN;
+    return [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, half];
+  }
+
+  castShadow(count, plane, area) {
+    const gl = this.gl, [sharp, blurred] = this.shadows, values = { plane, area, to_light: this.world.light };
+    gl.viewport(0, 0, sharp.side, sharp.side);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, sharp.frame);
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT);
+    gl.enable(gl.BLEND);
+    gl.blendEquation(gl.MAX);
+    for (const { coarse } of this.figures.slice(0, count)) {
+      this.cast.use(values).bind(coarse.posed);
+      gl.drawElements(gl.TRIANGLES, coarse.length, gl.UNSIGNED_INT, 0);
+    }
+    gl.blendEquation(gl.FUNC_ADD);
+    gl.disable(gl.BLEND);
+    gl.bindVertexArray(null);
+    const step = SHADOW_BLUR / (2 * area[2]);
+    for (const [from, to, texel] of [[sharp, blurred, [step, 0]], [blurred, sharp, [0, step]]]) {
+      gl.bindFramebuffer(gl.FRAMEBUFFER, to.frame);
+      gl.bindTexture(gl.TEXTURE_2D, from.texture);
+      this.blur.use({ picture: 0, texel });
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+    gl.bindTexture(gl.TEXTURE_2D, sharp.texture);
+  }
+
+  // ---- ground ------------------------------------------------------------------------------
+
+  drawSky(values) {
+    const gl = this.gl;
+    if (values.horizon >= 1) return;
+    gl.bindVertexArray(null);
+    this.sky.use(values);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+  }
+
+  drawFlat(values, marks) {
+    const gl = this.gl;
+    gl.disable(gl.BLEND);
+    this.drawSky(values);
+    this.flat.ground.use(values);
+    gl.bindVertexArray(null);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    this.beginShade();
+    this.flat.shade.use(values);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+    this.marks.draw(marks, values);
+  }
+
+  drawUneven(values, marks) {
+    const gl = this.gl;
+    this.ground.move(values.focus[0], values.focus[2]);
+    gl.disable(gl.BLEND);
+    this.drawSky({ ...values, horizon: -1 });
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthFunc(gl.LEQUAL);
+    this.ground.draw(this.uneven.ground.use(values));
+    this.beginShade();
+    const { shade, mark } = this.uneven, [, middle, half] = values.area;
+    this.ground.drawRows(shade.use(values), middle - half, middle + half);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    for (const row of marks) {
+      const reach = Math.hypot(row[2], row[3]) + row[9] + ARROW_MARGIN;
+      mark.use({ ...values, place: row.slice(0, 4), colour: row.slice(4, 8), kind: row.slice(8) });
+      this.ground.drawRows(mark, row[1] - reach, row[1] + reach);
+    }
+    gl.depthFunc(gl.LESS);
+    gl.disable(gl.DEPTH_TEST);
+  }
+
+  beginShade() {
+    this.gl.enable(this.gl.BLEND);
+    this.gl.blendFunc(this.gl.ZERO, this.gl.ONE_MINUS_SRC_COLOR);
+  }
+
+  // ---- bodies ------------------------------------------------------------------------------
+
+  drawBodies(values, count) {
+    const gl = this.gl;
+    gl.disable(gl.BLEND);
+    this.solid(true);
+    const twin = new Float32Array(20).fill(1);
+    for (let part = 0; part < 5; part++) twin.set(this.world.colours.scene.twin, 4 * part);
+    this.figures.slice(0, count).forEach(({ fine }, i) => {
+      this.body.use({ ...values, tints: i ? twin : this.shownTints }).bind(fine.posed);
+      gl.drawElements(gl.TRIANGLES, fine.length, gl.UNSIGNED_INT, 0);
+    });
+    this.solid(false);
+  }
+
+  drawGhost(values) {
+    const gl = this.gl, tints = new Float32Array(20).fill(1), { fine } = this.figures[1];
+    for (let part = 0; part < 5; part++) tints.set(this.world.colours.scene.ghost, 4 * part);
+    this.solid(true);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    this.ghost.use({ ...values, tints, opacity: 0.85 }).bind(fine.posed);
+    gl.drawElements(gl.TRIANGLES, fine.length, gl.UNSIGNED_INT, 0);
+    gl.depthMask(true);
+    this.solid(false);
+  }
+
+  solid(on) {
+    for (const what of [this.gl.DEPTH_TEST, this.gl.CULL_FACE]) on ? this.gl.enable(what) : this.gl.disable(what);
+  }
+
+  // ---- marks and lines: see demo/render/ground_decals.py -------------------------------------
+
+  marksOf(poses, frame, seen) {
+    const table = this.world.decals, rows = [];
+    for (const { positions } of poses) {
+      rows.push([positions[0][0], positions[0][2], 0.55, 0, ...table.SHADE, 0.16, DISC, 0]);
+      for (const joint of table.SHADE_JOINTS) {
+        const [x, y, z] = positions[joint], floor = this.heights ? this.heights.at(x, z) : 0;
+        const near = Math.min(Math.max(1 - (y - floor - 0.02) / 0.25, 0), 1);
+        if (near) rows.push([x, z, 0.15, 0, ...table.SHADE, 0.5 * near * near, DISC, 0]);
+      }
+    }
+    if (seen.contacts)
+      table.CONTACT_JOINTS.forEach((joint, i) => {
+        const [x, , z] = poses[0].positions[joint], contact = frame.contacts[i] / 255;
+        if (contact > 0.05) rows.push([x, z, table.RING_RADII[i], 0, ...table.CONTACT, 0.85 * contact, RING, 0.012]);
+      });
+    const way = frame.desired_velocity.map((speed) => speed * table.ARROW_SECONDS), reach = Math.hypot(...way);
+    if (reach >= 0.05 && !frame.paths) {
+      const start = [frame.root[0] + (way[0] / reach) * 0.42, frame.root[2] + (way[1] / reach) * 0.42];
+      rows.push([...start, ...way, ...table.WISH, 0.85, ARROW, 0.085]);
+    }
+    return rows;
+  }
+
+  linesOf(poses, frame, seen) {
+    const rows = [], unit = this.canvas.height / 720;
+    const line = (a, b, colour, alpha, half) => rows.push([...a, half * unit, ...b, 0, ...colour, alpha]);
+    if (seen.skeleton)
+      for (const { positions } of poses) {
+        const bones = this.world.colours.scene.bones;
+        positions.forEach((at, joint) => joint && line(positions[this.world.parents[joint]], at, bones, 0.85, 1.3));
+        positions.forEach((at) => line(at, at, bones, 1, 3.2));
+      }
+    if (frame.paths) {
+      const { PREDICTED, WISH } = this.world.decals, floor = (x, z) => (this.heights ? this.heights.at(x, z) : 0) + 0.012;
+      const place = (x, z) => [x, floor(x, z), z];
+      for (const [points, colour, half] of [[frame.paths.predicted, PREDICTED, 2.2], [frame.paths.desired, WISH, 1.4]]) {
+        let last = place(frame.root[0], frame.root[2]);
+        for (let i = 0; i < points.length; i += 2) {
+          const at = place(points[i], points[i + 1]);
+          line(last, at, colour, 0.9, half);
+          line(at, at, colour, 1, 4);
+          last = at;
+        }
+      }
+    }
+    return rows;
+  }
+}
+
+// Pixels of places in a picture, with how far off they are.
+export function toPixels(positions, worldToClip, width, height) {
+  return positions.map((at) => {
+    const [x, y, , w] = [0, 1, 2, 3].map((row) => dot(worldToClip.slice(4 * row, 4 * row + 3), at) + worldToClip[4 * row + 3]);
+    return [((x / w + 1) / 2) * width, ((1 - y / w) / 2) * height, w];
+  });
+}

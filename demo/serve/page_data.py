@@ -1,0 +1,143 @@
+"""What the page needs of ours, from the tables that the window draws with: shaders, skin, colours, keys, the body's
+picture, grounds."""
+
+import json
+import struct
+from functools import cache
+
+import numpy as np
+
+from demo.figure import body, colours
+from demo.figure.skin import make_skin
+from demo.render import camera, ground_decals, ground_mesh, shaders
+from demo.serve import packet
+from demo.serve.visitor import to_hex
+from demo.state.bindings import CONTROLS, SLOTS, Bindings
+from demo.ui import canvas, diagram
+from sim.body.skeleton import BONE_OFFSETS, CONTACT_JOINTS, GROUPS, JOINTS, PARENTS, PART_NAMES, PART_OF_JOINT
+from sim.ground.catalogue import NAMES, load_ground
+from sim.style_spec import MAX_STRENGTH
+
+VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2DShadow;\n"
+CELLS = {"fine": 0.020, "coarse": 0.045}  # metres, of the skin that is seen and of that which casts shadows
+HEIGHT_UNIT = 0.001  # metres, of a ground's heights
+
+
+def world(bindings: Bindings, grounds: tuple[str, ...]) -> bytes:
+    """All but skin and grounds, as JSON."""
+    content = {
+        "packet": packet.layout(),
+        "shaders": _shaders(),
+        "light": ground_mesh.TO_LIGHT.tolist(),
+        "visor": body.VISOR.tolist(),
+        "camera": _camera(),
+        "decals": _decals(),
+        "colours": _colours(),
+        "parts": PART_NAMES,
+        "groups": GROUPS,
+        "joints": JOINTS,
+        "parents": PARENTS.tolist(),
+        "part_of_joint": PART_OF_JOINT.tolist(),
+        "offsets": BONE_OFFSETS.tolist(),
+        "diagram": _diagram(),
+        "keys": bindings.keys,
+        "pad": bindings.pad,
+        "help": [[control.help, bindings.shown(*control.keys)] for control in CONTROLS if control.keys],
+        "slots": list(SLOTS),
+        "max_strength": MAX_STRENGTH,
+        "grounds": grounds,
+    }
+    return json.dumps(content, separators=(",", ":")).encode()
+
+
+@cache
+def skin() -> bytes:
+    """The skins: a JSON line that says what lies where, and then the numbers (float32, uint16 or uint32)."""
+    head: dict[str, dict[str, list[int]]] = {}
+    block = bytearray()
+    for level, cell in CELLS.items():
+        made = make_skin(cell)
+        arrays = {
+            "position": made.positions.astype(np.float32),
+            "normal": made.normals.astype(np.float32),
+            "weights": made.weights.astype(np.float32),
+            "joints": made.joints.astype(np.float32),
+            "material": made.materials,
+            "triangles": made.triangles.astype(np.uint32),
+        }
+        head[level] = {}
+        for name, values in arrays.items():
+            head[level][name] = [len(block), values.size, values.shape[1]]
+            block += values.tobytes()
+    inverse = np.concatenate([body.BIND.positions, body.BIND.rotations], axis=1).astype(np.float32)
+    head["bind"] = {"joints": [len(block), inverse.size, inverse.shape[1]]}
+    block += inverse.tobytes()
+    text = json.dumps(head).encode()
+    text += b" " * (-(len(text) + 4) % 4)
+    return struct.pack("<I", len(text)) + text + bytes(block)
+
+
+@cache
+def heights(name: str) -> bytes:
+    """A ground: rows, columns, whether it repeats (uint32), its cell (float32), heights (int16) in HEIGHT_UNIT; empty
+    for level floor. Raises ValueError or OSError for what is no ground."""
+    ground = load_ground(name)
+    if ground is None:
+        return b""
+    rows, columns = ground.heights.shape
+    table = np.clip(np.round(ground.heights / HEIGHT_UNIT), -32768, 32767).astype("<i2")
+    return struct.pack("<IIIf", rows, columns, ground.tiled, ground.cell) + table.tobytes()
+
+
+def ground_names(own: str | None) -> tuple[str, ...]:
+    """The grounds that a page may ask for: the named ones, and the one it was told to serve."""
+    return tuple(dict.fromkeys((*NAMES, *([own] if own else ()))))
+
+
+def _shaders() -> dict[str, str]:
+    """The window's, which WebGL 2 takes as they are but for their first line."""
+    return {
+        name: text.replace(shaders.VERSION, VERSION)
+        for name, text in vars(shaders).items()
+        if isinstance(text, str) and text.startswith(shaders.VERSION)
+    }
+
+
+def _camera() -> dict[str, object]:
+    usual = camera.Camera()
+    names = "PITCH_LIMITS DISTANCE_LIMITS AIM FOLLOW_HALF_LIFE ORBIT_HALF_LIFE NEAR FAR ANKLES CLEARANCE".split()
+    return {
+        **{name: np.asarray(getattr(camera, name)).tolist() for name in names},
+        **{name: getattr(usual, name) for name in ("yaw", "pitch", "distance", "field_of_view")},
+    }
+
+
+def _decals() -> dict[str, object]:
+    names = "SHADE CONTACT ARROW_SECONDS RING_RADII SHADE_JOINTS".split()
+    return {
+        **{name: np.asarray(getattr(ground_decals, name)).tolist() for name in names},
+        "WISH": colours.PATHS["asked"],
+        "PREDICTED": colours.PATHS["predicted"],
+        "PAST": colours.PATHS["walked"],
+        "CONTACT_JOINTS": CONTACT_JOINTS.tolist(),
+        "SKY_LIGHT": ground_mesh.SKY_LIGHT,
+        "SUN_LIGHT": ground_mesh.SUN_LIGHT,
+        "DARKEST": ground_mesh.DARKEST,
+    }
+
+
+def _colours() -> dict[str, object]:
+    panel = {name.lower(): getattr(canvas, name) for name in "INK FAINT ACCENT ALERT BACKGROUND FIELD LIT".split()}
+    scene = {name.lower(): getattr(colours, name) for name in "OWN_STYLE TWIN GHOST BONES".split()}
+    return {"panel": {name: to_css(colour) for name, colour in panel.items()}, "scene": scene}
+
+
+def _diagram() -> dict[str, object]:
+    """The body from the front as discs (x, y, radius) of its five parts, and the size that they lie in."""
+    discs = [[[round(value, 1) for value in disc] for disc in part] for part in diagram.discs()]
+    return {"size": [diagram.WIDTH, diagram.HEIGHT], "discs": discs}
+
+
+def to_css(colour: canvas.Colour) -> str:
+    """`#123456`, or with its alpha as `#123456db`."""
+    return to_hex(colour) + (bytes([round(255 * colour[3])]).hex() if len(colour) > 3 else "")

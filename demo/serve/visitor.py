@@ -1,0 +1,327 @@
+"""One visitor: a session of its own, what is chosen and held, and what is said to the page. It takes the actions of
+demo.live.actions that need no window, as the window does."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Sequence, cast
+
+from demo.export import export_jobs
+from demo.figure.colours import part_colours, style_colour, worn
+from demo.live import actions, capture
+from demo.live.drop_import import DropImport
+from demo.render.view import View
+from demo.serve import packet
+from demo.serve.remote_input import PRESSED, RemoteInput
+from demo.state.grounds import Grounds
+from demo.state.presets import Presets
+from demo.state.style_choice import StyleChoice
+from demo.state.stylizers import Stylizers
+from demo.ui.canvas import ALERT, INK, Colour
+from sim.command import Command
+from sim.ground.catalogue import FLAT
+from sim.io import recording
+from sim.io.provenance import SHIPPED
+from sim.io.recording import Recorder
+from sim.motion.clip import FPS
+from sim.protocols import NamedStylizer
+from sim.session import Frame, Session
+from sim.style_spec import StyleSpec
+
+if TYPE_CHECKING:
+    from demo.live.live import Live
+
+DONE = (  # the actions of demo.live.actions that a page may ask for
+    "pick part_previous part_next style_previous style_next choose weaker stronger strength share blend pace own_style "
+    "reset stylizer_next reroll random ground preset save preset_next twin skeleton trajectory contacts phase times "
+    "record"
+).split()
+EXPORTED = ("bvh", "glb", "poses")  # no video: the page draws, not this machine
+TOLD_FRAMES = 6  # the page is told of changes that nobody asked for once in so many frames
+WAKING = frozenset({*PRESSED, *DONE, "export", "replay"})
+
+
+class Visitor:
+    """What demo.live.live.Live is to the window, to one page. `take` what the page says, `step` once a frame, and send
+    what `packet` and `told` give."""
+
+    def __init__(
+        self,
+        session: Session[NamedStylizer],
+        ground: str | None,
+        attract: Sequence[Command],
+        folder: Callable[[], Path],
+    ) -> None:
+        """attract: commands that are played, over and over, until somebody touches a control. folder: gives where its
+        recordings and exports go."""
+        self.session = session
+        self.grounds = Grounds(session, ground)
+        self.devices, self.view = RemoteInput(), View()
+        self.choice = StyleChoice(session.stylizer.styles, noncommercial=session.stylizer.noncommercial)
+        self.presets, self.preset = Presets(), 0
+        self.stylizers, self.takes = Stylizers(session), export_jobs.ExportJobs()
+        self.drop_import = DropImport(lambda: session.stylizer)
+        self.inset = SimpleNamespace(play=lambda clip, name: None)
+        self.seen = {"contacts"}
+        self.pace = True
+        self.asleep = False  # whether nobody looks at the page: then nothing moves
+        self.recorder: Recorder | None = None
+        self.recorder_factory = Recorder
+        self.files: list[Path] = []  # written and not yet told of
+        self.frame: Frame | None = None
+        self.frames = 0
+        self.changed = False  # whether what all visitors share has changed: styles and presets on the disk
+        self._last: Path | None = None  # the recording made last
+        # the commands that are played, None while somebody steers; and whether once, as a recording that is replayed
+        self.playing: Iterator[Command] | None = self._attract(attract) if attract else None
+        self.replaying = False
+        self._folder = folder
+        self._said: list[dict[str, Any]] = []
+        self._told: dict[str, str] = {}  # what the page was told last, by its kind
+
+    @property
+    def folder(self) -> Path:
+        """Where recordings and exports go; it is there."""
+        return self._folder()
+
+    # ---- what the page says ----------------------------------------------------
+
+    def take(self, said: Mapping[str, Any]) -> None:
+        """Takes in a message of the page."""
+        if "hidden" in said:
+            self.asleep = bool(said["hidden"])
+            self.devices.let_go()
+        elif "do" in said:
+            self.do(str(said["do"])[:200])
+        else:
+            try:
+                if self.devices.take(said):
+                    self.wake()
+            except ValueError as error:
+                self.say(str(error), ALERT)
+
+    def do(self, action: str) -> None:
+        """Carries out an action."""
+        name, _ = actions.parse(action)
+        if name not in WAKING:
+            return
+        self.wake()
+        if name in PRESSED:
+            self.devices.press(name)
+        elif name == "export":
+            self._export()
+        elif name == "replay":
+            last = self._last
+            self._try(lambda: self._replay(last)) if last else self.say("nothing has been recorded yet")
+        else:
+            if name == "save":
+                self.presets, self.changed = Presets(), True  # another page may have saved one
+            self._try(lambda: actions.do(self._live, action))
+
+    def _try(self, act: Callable[[], None]) -> None:
+        """Does what a page asks for; where it cannot be, the page says why."""
+        try:
+            act()
+        except (ValueError, OSError) as error:
+            self.say(str(error), ALERT)
+
+    def drop(self, paths: Sequence[Path]) -> None:
+        """Learns a style of files, or plays a recording."""
+        self.wake()
+        if len(paths) != 1 or paths[0].suffix != ".jsonl":
+            self.drop_import.learn(paths)
+        else:
+            self._try(lambda: self._replay(paths[0]))
+
+    def refresh(self) -> None:
+        """Styles or presets on the disk have changed."""
+        self.presets = Presets()
+        self.offer_styles()
+
+    # ---- what actions call, as of a Live -----------------------------------------
+
+    @property
+    def _live(self) -> "Live":
+        return cast("Live", self)  # as far as DONE and demo.live.capture need one
+
+    def wake(self) -> None:
+        """Somebody touched a control: the character is theirs."""
+        if self.replaying:
+            assert self.frame
+            self.choice.style = worn(self.frame)
+        self.playing, self.replaying = None, False
+
+    def say(self, text: str, colour: Colour = INK) -> None:
+        """Shows a sentence on the page."""
+        self._said.append({"say": text, "alert": colour != INK})
+
+    def glow(self) -> None:
+        """The page lights the picked parts by itself."""
+
+    def start_over(self) -> None:
+        """The character is back at the start point."""
+        self.session.restart()
+        self.takes.frames.clear()
+
+    def offer_styles(self) -> None:
+        """The list is that of the stylizer in use."""
+        self.choice.offer(self.session.stylizer.styles, self.session.stylizer.noncommercial)
+
+    def guard(self, write: Callable[[], None]) -> bool:
+        """Runs what writes a file, True if it could; else the page says why."""
+        try:
+            write()
+        except OSError as error:
+            self.say(f"cannot write: {error}")
+            return False
+        return True
+
+    def _export(self) -> None:
+        """Begins to write the last ten seconds."""
+        if self.takes.busy:
+            self.say("the last export is still being written")
+        elif self.takes.frames:
+            stem = capture.new_file(self.folder, *export_jobs.ENDINGS).with_suffix("")
+            self.takes.export(stem, self.session.ground, kinds=EXPORTED)
+            self.say(f"exporting the last {len(self.takes.frames) / FPS:.1f} s as BVH, glTF and poses")
+
+    # ---- a frame ------------------------------------------------------------------
+
+    def step(self) -> None:
+        """One simulated frame."""
+        command = self._command()
+        try:
+            self.frame = self.session.step(command)
+        except ValueError as error:  # a style that the bank refuses
+            self.say(str(error))
+            capture.stop_recording(self._live)
+            self.playing, self.choice.style = None, worn(self.frame) if self.frame else StyleSpec()
+            return
+        recorder = self.recorder
+        if recorder and not self.guard(lambda: recorder.write(command)):
+            self.recorder = None
+        self.frames += 1
+        self.takes.frames.append(self.frame)
+
+    def _command(self) -> Command:
+        facing = float(self.frame.styled.root_facing) if self.frame else 0.0
+        played = None if self.playing is None else next(self.playing, None)
+        if self.playing is not None and played is None:
+            self.wake()
+            self.say("the recording is over: steer on")
+        return played or self.devices.command(facing, self.choice.style, self.pace, 1 / FPS)
+
+    def _attract(self, commands: Sequence[Command]) -> Iterator[Command]:
+        """The commands, over and over: on uneven ground from the start point, for which they were recorded."""
+        while True:
+            yield from commands
+            if self.session.ground:
+                self.start_over()
+
+    def _replay(self, path: Path) -> None:
+        """Plays a recording from the start point, as `patchwalk replay` does. Raises ValueError or OSError for a file
+        that is none, or was made with something else than is here."""
+        recorded = recording.read(path)
+        if (recorded.stylizer or SHIPPED) != self.session.stylizer.name:
+            raise ValueError(
+                f"{path.name} was made with the stylizer {recorded.stylizer or SHIPPED}: choose that first"
+            )
+        for style in recorded.styles:
+            self.session.stylizer.movements(style)  # raises for one that is not there, before anything is played
+        self.grounds.go_to(recorded.ground or FLAT)
+        if recorded.seed:
+            self.session.stylizer.resample(recorded.seed)
+        self.start_over()
+        self.playing, self.replaying = iter(recorded), True
+        self.say(f"replaying {path.name}, {len(recorded) / FPS:.1f} s")
+
+    def packet(self) -> bytes | None:
+        """The newest frame, as the page reads it."""
+        if self.frame is None:
+            return None
+        trajectory = self.session.controller.trajectory if "trajectory" in self.seen else None
+        paths = None if trajectory is None else (trajectory.desired[:, :2], trajectory.predicted[:, :2])
+        return packet.pack(
+            self.frame,
+            self.frames,
+            self.devices.answers,
+            self.session.latency,
+            self.playing is not None,
+            bool(self.view.twin),
+            paths,
+            self.session.ground,
+        )
+
+    def close(self) -> None:
+        """The page is gone: a recording ends, whole."""
+        capture.stop_recording(self._live)
+
+    # ---- what the page is told ------------------------------------------------------
+
+    def told(self) -> list[str]:
+        """Messages (JSON) for the page: what has changed since the last call."""
+        before = self.choice.styles
+        capture.apply_learned(self._live)
+        self.changed |= self.choice.styles != before
+        self._show(self.takes.finished())
+        messages = [json.dumps(said) for said in self._said]
+        self._said.clear()
+        if self.recorder is None:
+            messages += [json.dumps({"file": path.name}) for path in self.files]
+            self._last = next((path for path in self.files if path.suffix == ".jsonl"), self._last)
+            self.files.clear()
+        kinds = {"state": self._state(), "styles": self._styles(), "presets": self._presets()}
+        for kind, content in kinds.items():
+            text = json.dumps({kind: content})
+            if self._told.get(kind) != text:
+                self._told[kind] = text
+                messages.append(text)
+        return messages
+
+    def _show(self, written: export_jobs.Written | None) -> None:
+        if written:
+            self.files += written.files
+            for problem in written.problems:
+                self.say(problem)
+
+    def _state(self) -> dict[str, Any]:
+        choice = self.choice
+        shown = worn(self.frame) if self.playing is not None and self.frame else choice.style
+        return {
+            "picked": choice.picked,
+            "parts": choice.parts,
+            "style": shown.to_json(),
+            "slot": choice.slot,
+            "name": choice.name,
+            "other": choice.other,
+            "strength": choice.strength,
+            "share": choice.share,
+            "blending": choice.blending,
+            "pace": self.pace,
+            "twin": self.view.twin,
+            "seen": sorted(self.seen),
+            "recording": self.recorder is not None,
+            "ground": self.grounds.name,
+            "stylizer": self.session.stylizer.name,
+            "crouching": self.devices.crouching,
+            "facing": self.devices.facing_held is not None,
+            "playing": self.playing is not None,
+            "replaying": self.replaying,
+            "recorded": self._last is not None,
+        }
+
+    def _styles(self) -> list[list[Any]]:
+        """Name, colour, and whether it is for non-commercial use only."""
+        return [[name, to_hex(style_colour(name)), name in self.choice.noncommercial] for name in self.choice.styles]
+
+    def _presets(self) -> dict[int, list[Any]]:
+        """Slot -> its name and the colours of the parts."""
+        return {
+            slot: [name, [to_hex(colour) for colour in part_colours(style).tolist()]]
+            for slot, (name, style) in self.presets.slots.items()
+        }
+
+
+def to_hex(colour: Sequence[float]) -> str:
+    """`#ff8800` of a display colour."""
+    return "#" + bytes(round(255 * channel) for channel in colour[:3]).hex()

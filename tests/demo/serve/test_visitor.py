@@ -1,0 +1,134 @@
+"""A visitor: the window's actions without a window, told to the page, recorded and replayed."""
+
+import json
+
+import numpy as np
+import pytest
+
+from demo.serve.visitor import Visitor
+from sim.command import Command
+from sim.io import recording
+from tests.support import fakes
+from tests.support.fakes import BENDS
+
+ATTRACT = (Command(move=(0, 1)), Command(move=(0, 1), style={"spine": "bent"}))
+
+
+class Bender(fakes.Bender):
+    styles = tuple(BENDS)
+
+    def movements(self, style):
+        return ("walk",)
+
+
+@pytest.fixture
+def visitor(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path))
+    session = fakes.fake_session()
+    session.stylizer = Bender()
+    made = Visitor(session, "flat", ATTRACT, lambda: tmp_path)
+    made.said = lambda kind: [json.loads(text)[kind] for text in made.told() if kind in json.loads(text)]
+    return made
+
+
+def steps(visitor, count):
+    frames = []
+    for _ in range(count):
+        visitor.step()
+        frames.append(visitor.frame)
+    return frames
+
+
+def test_it_plays_by_itself_until_somebody_steers(visitor):
+    first = [frame.command for frame in steps(visitor, 5)]
+    assert first == [ATTRACT[i % 2] for i in range(5)]
+    visitor.take({"n": 1, "held": [], "yaw": 1.0})
+    assert visitor.playing is not None, "a page that opens holds nothing"
+    visitor.take({"n": 2, "held": ["forward"], "yaw": 0.0})
+    assert steps(visitor, 1)[0].command.move == (0, 1) and visitor.playing is None
+
+
+def test_actions_change_what_is_asked_of_the_parts(visitor):
+    for action in ("pick_arms", "choose:flapping", "strength:0.5", "pick:spine", "choose:bent"):
+        visitor.take({"do": action})
+    assert steps(visitor, 1)[0].command.style == {"arms": ("flapping", 0.75), "spine": "bent"}
+    state = visitor.said("state")[-1]
+    assert state["style"]["left_arm"] == ["flapping", 0.75] and state["picked"] == "spine"
+    assert visitor.said("state") == [], "what has not changed is not told again"
+
+
+@pytest.mark.parametrize("action", ["choose:nobody", "pick:tail", "preset:one", "strength:much", "pick_"])
+def test_a_wrong_action_is_a_sentence(visitor, action):
+    visitor.take({"do": action})
+    assert len(visitor.said("say")) == 1 and not visitor.choice.style
+
+
+@pytest.mark.parametrize(
+    "action", ["quit", "leave", "menu", "full_screen", "text:x", "diagram:0.5,0.5", "__init__", ""]
+)
+def test_what_belongs_to_a_window_does_nothing(visitor, action):
+    visitor.take({"do": action})
+    assert visitor.said("say") == [] and visitor.playing is not None
+
+
+def test_a_recording_replays_to_the_same_poses_here_and_from_its_file(visitor):
+    visitor.take({"do": "choose:bent"})
+    steps(visitor, 10)
+    visitor.take({"do": "record"})
+    visitor.take({"n": 1, "held": ["forward"], "yaw": 0.3})
+    made = steps(visitor, 30)
+    visitor.take({"do": "choose:flapping"})
+    visitor.take({"n": 2, "held": ["left", "run"], "yaw": 0.4})
+    made += steps(visitor, 30)
+    visitor.take({"do": "record"})
+    (name,) = visitor.said("file")
+    replayed = fakes.fake_session()
+    from_file = [replayed.step(command) for command in recording.read(visitor.folder / name)]
+    visitor.take({"do": "replay"})
+    again = steps(visitor, 60)
+    for frames in (from_file, again):
+        assert len(frames) == 60
+        for a, b in zip(made, frames, strict=True):
+            assert np.array_equal(a.styled.positions, b.styled.positions)
+    steps(visitor, 1)
+    assert visitor.playing is None and "over" in visitor.said("say")[-1]
+    assert visitor.choice.style == {"all": "flapping"}, "and it is steered on in what it wore"
+
+
+def test_a_page_that_goes_ends_its_recording(visitor):
+    visitor.take({"do": "record"})
+    steps(visitor, 3)
+    visitor.close()
+    (path,) = visitor.folder.glob("*.jsonl")
+    assert len(recording.read(path)) == 3
+
+
+def test_dropped_files_that_are_of_no_use_are_a_sentence(visitor, tmp_path):
+    (tmp_path / "walk.jsonl").write_text("no recording")
+    visitor.drop([tmp_path / "walk.jsonl"])
+    visitor.drop([tmp_path / "words.txt"])
+    said = []
+    while len(said) < 2:
+        said += visitor.said("say")
+    assert "this is no recording" in said[0] and "cannot be a style" in said[1]
+
+
+def test_a_preset_that_is_saved_is_told_to_all(visitor):
+    visitor.take({"do": "choose:bent"})
+    visitor.take({"do": "save_8"})
+    assert visitor.changed and visitor.presets.slots[8] == ("bent", {"all": "bent"})
+    assert visitor.said("presets")[-1]["8"][0] == "bent"
+
+
+def test_a_page_that_nobody_looks_at_holds_nothing(visitor):
+    visitor.take({"n": 1, "held": ["forward"], "yaw": 0.0})
+    visitor.take({"hidden": True})
+    assert visitor.asleep and not visitor.devices.held
+    visitor.take({"hidden": False})
+    assert not visitor.asleep
+
+
+def test_what_is_said_in_alarm_is_marked(visitor):
+    visitor.say("well")
+    visitor.say("oh", (1.0, 0.0, 0.0))
+    assert [json.loads(text)["alert"] for text in visitor.told() if "say" in json.loads(text)] == [False, True]
