@@ -31,6 +31,7 @@ class Takeaway:
     rate: int = FPS
     in_place: bool = False
 
+
 Progress = Callable[[float], object]  # told how much is done, 0 .. 1
 
 
