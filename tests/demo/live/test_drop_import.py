@@ -211,7 +211,7 @@ def test_many_files_are_named_shortly():
 
 
 BROKEN = {
-    "notes.txt": ("hello", "notes.txt cannot be a style: drop a motion as a .bvh, .glb or SMPL .npz file"),
+    "notes.txt": ("hello", "notes.txt cannot be used: drop a motion as a .bvh, .glb or SMPL .npz file"),
     "empty.bvh": ("", "empty.bvh is not a whole BVH file: it has no MOTION line"),
     "crab.bvh": (
         "HIERARCHY\nROOT Claw\n{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\n}\nMOTION\nFrames: 1\n"
