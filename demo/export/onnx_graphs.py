@@ -23,6 +23,7 @@ from sim.body.pose import Pose
 from sim.command import Command
 from sim.feet.foot_lock import FootLock
 from sim.ground.ground import Ground
+from sim.hands.hand_clearance import HandClearance
 from sim.math.vectors import NOT_YET, before_or_now
 from sim.motion.clip import FPS
 from sim.motion.feature_window import SPAN, RingBuffer
@@ -329,7 +330,7 @@ def record_stylizer(table: StyleTable) -> Made:
 
 def record_feet(uneven: bool) -> Made:
     """The styled pose with its feet in order: what is drawn."""
-    lock = FootLock()
+    lock, hands = FootLock(), HandClearance()
     slip, settling, attitude, stride = lock.slip, lock.settling, lock.attitude, lock.stride
     standing = Pose(np.zeros(3), 0.0, np.array([0, 1.0, 0]), np.tile([1.0, 0, 0, 0], (21, 1)), np.ones(4), 0.0)
     state = State(
@@ -355,8 +356,11 @@ def record_feet(uneven: bool) -> Made:
             Kept(stride, "_velocity", "of the root, m/s, in its own frame"),
             Kept(stride, "_mean", "styled and neutral feet along the way, on the average, m"),
             Kept(stride, "_products", "of their swings, square metres"),
+            Kept(hands, "held", "what each hand is held out of the body, m"),
+            Kept(hands, "way", "the same as it is drawn, m"),
+            Kept(hands, "rate", "m/s"),
         ],
-        lambda: lock.step(standing, standing),
+        lambda: hands.step(lock.step(standing, standing)),
     )
     with recording() as graph:
         neutral, styled = (pose_of(graph.input(name, flat_pose(standing))) for name in ("neutral", "styled"))
@@ -365,7 +369,7 @@ def record_feet(uneven: bool) -> Made:
         state.read(graph)
         lock.joints, stride._before = (each - _over_floor(moved) for each in (lock.joints, stride._before))
         lock.ground = Ask(graph, 0) if uneven else None  # type: ignore[assignment]
-        pose = lock.step(styled, neutral, legs, follow)
+        pose = hands.step(lock.step(styled, neutral, legs, follow))
         graph.output("positions", pose.positions)
         graph.output("rotations", pose.rotations)
         graph.output("local_rotations", to_local(pose.rotations))

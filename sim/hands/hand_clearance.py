@@ -50,13 +50,13 @@ class HandClearance:
     Poses may have a leading axis, of a crowd; every array then has it."""
 
     def __init__(self) -> None:
-        self._held = np.zeros((2, 3))  # metres that each hand is held out of the body
-        self.way, self._rate = np.zeros((2, 3)), np.zeros((2, 3))  # the same as it is drawn, without a jolt
+        self.held = np.zeros((2, 3))  # metres that each hand is held out of the body
+        self.way, self.rate = np.zeros((2, 3)), np.zeros((2, 3))  # the same as it is drawn, without a jolt
 
     def step(self, pose: Pose) -> Pose:
         """The pose with its hands out of the body; where none is in there nor on its way back, the pose itself."""
         balls, ends = hand_balls(pose), capsule_ends(pose)[..., OBSTACLES, :, :]
-        held = self._held * decay(RELEASE_HALFLIFE, DT)
+        held = self.held * decay(RELEASE_HALFLIFE, DT)
         for _ in range(ROUNDS):
             push = way_out(balls + held[..., None, :], ends)
             if push is None:
@@ -66,9 +66,9 @@ class HandClearance:
             return pose
         from_shoulder = pose.positions[..., HAND, :] + held - pose.positions[..., _UPPER, :]
         wanted = held * smooth_step(rot.length(from_shoulder), 0.0, FOLDED)
-        self.way, self._rate = spring_step(self.way, self._rate, wanted, SMOOTHING_HALFLIFE, DT)
-        free = (np.maximum(rot.length(held), rot.length(self.way)) < NEGLIGIBLE) & (rot.length(self._rate) < STILL)
-        self._held, self.way, self._rate = (np.where(free, 0.0, each) for each in (held, self.way, self._rate))
+        self.way, self.rate = spring_step(self.way, self.rate, wanted, SMOOTHING_HALFLIFE, DT)
+        free = (np.maximum(rot.length(held), rot.length(self.way)) < NEGLIGIBLE) & (rot.length(self.rate) < STILL)
+        self.held, self.way, self.rate = (np.where(free, 0.0, each) for each in (held, self.way, self.rate))
         return _move_hands(pose, self.way)
 
 
