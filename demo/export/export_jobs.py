@@ -64,9 +64,7 @@ class ExportJobs:
         """Begins to write the frames kept so far, which were made on a ground, to `stem` with each kind's ending; on
         the figure, or on a character."""
         self._done.value = 0.0
-        self._export = self._thread.submit(
-            _write_elsewhere, list(self.frames), stem, ground, character, self._done
-        )
+        self._export = self._thread.submit(_write_elsewhere, list(self.frames), stem, ground, character, self._done)
 
     def finished(self, wait: bool = False) -> Written | None:
         """What came of the export, once, as soon as it is over; None before. `wait` waits for it."""

@@ -11,7 +11,7 @@ import pytest
 
 from demo.figure import body, colours
 from demo.figure.skin import make_skin
-from demo.render import ground_decals, window
+from demo.render import ground_decals, renderer, window
 from demo.render.camera import Camera
 from demo.render.renderer import Renderer, View
 from demo.render.view import Paths
