@@ -5,6 +5,7 @@ from pathlib import Path
 
 from sim.io.user_dirs import data_folder
 
+A_WORKER = 5  # visitors of a worker, which keeps one core busy if all of them move alone
 FOLDER = "browser"  # of recordings and exports, in the user's folder
 
 

@@ -9,9 +9,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any, Callable
 
-from demo.serve.options import Options
-
-A_WORKER = 5  # visitors of a worker: so many frames of sessions one core makes in the 16.7 ms of a frame
+from demo.serve.options import A_WORKER, Options
 
 Deliver = Callable[[bytes | str | None], None]  # takes what goes to a page; None: the worker is gone
 
@@ -53,10 +51,11 @@ class Pool:
 
     def stop(self) -> None:
         """Ends the workers; recordings that run are ended first."""
-        for hand in self._hands:
-            hand.connection.close()
-        for hand in self._hands:
-            hand.process.join(5)
+        hands, self._hands = self._hands, []
+        for hand in hands:
+            self._send(hand, "stop", 0)
+        for hand in hands:
+            hand.process.join(10)
             hand.process.kill()
 
     @property
@@ -87,7 +86,8 @@ class Pool:
             self._send(hand, kind, number, content)
 
     async def report(self) -> list[list[Any]]:
-        """Of each worker: the milliseconds that its turns took since it was last asked, and frames missed."""
+        """Of each worker: how many seconds each frame of all its visitors took since it was last asked, and how many of
+        them its processor worked; and the frames missed so far."""
         for hand in self._hands:
             self._send(hand, "report", 0)
         return [await self._reports.get() for _ in self._hands]
@@ -143,5 +143,5 @@ class Pool:
         visitors, hand.visitors = hand.visitors, {}
         for deliver in visitors.values():
             deliver(None)
-        if hand in self._hands and not hand.connection.closed and visitors:
+        if hand in self._hands and visitors:
             self._hands[self._hands.index(hand)] = self._begin()

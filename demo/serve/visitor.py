@@ -36,8 +36,10 @@ DONE = (  # the actions of demo.live.actions that a page may ask for
     "reset stylizer_next reroll random ground preset save preset_next twin skeleton trajectory contacts phase times "
     "record"
 ).split()
+ALONE = frozenset({"stylizer_next", "reroll"})  # what one of a crowd cannot have for itself
 EXPORTED = ("bvh", "glb", "poses")  # no video: the page draws, not this machine
 TOLD_FRAMES = 6  # the page is told of changes that nobody asked for once in so many frames
+Place = tuple[Session[Any], int]  # a crowd, and who of it
 WAKING = frozenset({*PRESSED, *DONE, "export", "replay"})
 
 
@@ -51,10 +53,12 @@ class Visitor:
         ground: str | None,
         attract: Sequence[Command],
         folder: Callable[[], Path],
+        place: Place | None = None,
     ) -> None:
-        """attract: commands that are played, over and over, until somebody touches a control. folder: gives where its
-        recordings and exports go."""
-        self.session = session
+        """session: one that has not been stepped. place: in a crowd, as one of whom the character moves until it has to
+        start over; None to move alone from the beginning. attract: commands that are played, over and over, until
+        somebody touches a control. folder: gives where its recordings and exports go."""
+        self.session, self.place = session, place
         self.grounds = Grounds(session, ground)
         self.devices, self.view = RemoteInput(), View()
         self.choice = StyleChoice(session.stylizer.styles, noncommercial=session.stylizer.noncommercial)
@@ -116,6 +120,8 @@ class Visitor:
         else:
             if name == "save":
                 self.presets, self.changed = Presets(), True  # another page may have saved one
+            if name in ALONE:
+                self.place = None
             self._try(lambda: actions.do(self._live, action))
 
     def _try(self, act: Callable[[], None]) -> None:
@@ -159,7 +165,9 @@ class Visitor:
         """The page lights the picked parts by itself."""
 
     def start_over(self) -> None:
-        """The character is back at the start point."""
+        """The character is back at the start point, and alone from now on: a replay makes the very poses of a session
+        of one character, and those of a crowd up to rounding alone."""
+        self.place = None
         self.session.restart()
         self.takes.frames.clear()
 
@@ -188,22 +196,32 @@ class Visitor:
     # ---- a frame ------------------------------------------------------------------
 
     def step(self) -> None:
-        """One simulated frame."""
-        command = self._command()
+        """One simulated frame of a character that moves alone."""
+        command = self.command()
         try:
-            self.frame = self.session.step(command)
-        except ValueError as error:  # a style that the bank refuses
-            self.say(str(error))
-            capture.stop_recording(self._live)
-            self.playing, self.choice.style = None, worn(self.frame) if self.frame else StyleSpec()
-            return
-        recorder = self.recorder
+            self.follow(self.session.step(command))
+        except ValueError as error:
+            self.refuse(error)
+
+    def refuse(self, error: ValueError) -> None:
+        """The bank refuses a style that is asked for."""
+        self.say(str(error), ALERT)
+        capture.stop_recording(self._live)
+        self.wake()
+        self.choice.style = worn(self.frame) if self.frame else StyleSpec()
+
+    def follow(self, frame: Frame) -> None:
+        """Takes in the frame that was made of the last command."""
+        self.frame = frame
+        command, recorder = frame.command, self.recorder
+        assert isinstance(command, Command)
         if recorder and not self.guard(lambda: recorder.write(command)):
             self.recorder = None
         self.frames += 1
         self.takes.frames.append(self.frame)
 
-    def _command(self) -> Command:
+    def command(self) -> Command:
+        """What is asked for in the next frame."""
         facing = float(self.frame.styled.root_facing) if self.frame else 0.0
         played = None if self.playing is None else next(self.playing, None)
         if self.playing is not None and played is None:
@@ -215,7 +233,7 @@ class Visitor:
         """The commands, over and over: on uneven ground from the start point, for which they were recorded."""
         while True:
             yield from commands
-            if self.session.ground:
+            if self.session.ground and self.place is None:
                 self.start_over()
 
     def _replay(self, path: Path) -> None:
@@ -239,13 +257,14 @@ class Visitor:
         """The newest frame, as the page reads it."""
         if self.frame is None:
             return None
-        trajectory = self.session.controller.trajectory if "trajectory" in self.seen else None
-        paths = None if trajectory is None else (trajectory.desired[:, :2], trajectory.predicted[:, :2])
+        session, which = self.place or (self.session, ...)
+        trajectory = session.controller.trajectory if "trajectory" in self.seen else None
+        paths = None if trajectory is None else (trajectory.desired[which][:, :2], trajectory.predicted[which][:, :2])
         return packet.pack(
             self.frame,
             self.frames,
             self.devices.answers,
-            self.session.latency,
+            session.latency,
             self.playing is not None,
             bool(self.view.twin),
             paths,

@@ -3,19 +3,21 @@
 import gc
 import time
 import traceback
+from collections import deque
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Callable, Iterator
 
-import numpy as np
-
 from demo import assemble
-from demo.serve.options import Options, own_folder
-from demo.serve.visitor import TOLD_FRAMES, Visitor
+from demo.serve.options import A_WORKER, Options, own_folder
+from demo.serve.visitor import TOLD_FRAMES, Place, Visitor
 from demo.state.grounds import ground_of
+from sim.command import Command, Commands
+from sim.ground.catalogue import load_ground
 from sim.io import recording
 from sim.motion.clip import FPS
+from sim.session import Frame
 from stylizer.runtime.live import LiveStylizer
 
 FRAME_SECONDS = 1 / FPS
@@ -48,8 +50,12 @@ class Worker:
         self._ground = options.ground if options.ground is not None else own_ground
         self._attract = tuple(bundled)
         self._visitors: dict[int, Visitor] = {}
+        # Characters that stand where those before left them until somebody comes: so many side by side take the time of
+        # two that move alone. Who is first, or has to start over, moves alone.
+        self._crowd = self._base.crowd(A_WORKER)
+        self._crowd.stand_on(load_ground(self._ground))
         self.missed = 0  # frames that were not made, because those before took too long
-        self._turns: list[float] = []  # seconds that turns took
+        self._turns: deque[tuple[float, float]] = deque(maxlen=REPORTED)  # seconds of a frame, and of processor in it
         gc.collect()
         gc.freeze()
 
@@ -73,19 +79,48 @@ class Worker:
 
     def turn(self, frames: int = 1) -> None:
         """So many frames of every visitor, and what its page gets of them."""
-        start = self._clock()
+        start, worked = self._clock(), time.process_time()
         packets, texts = [], []
+        for _ in range(frames):
+            self._step_crowd()
         for number, visitor in list(self._awake().items()):
             with self._alone(number):
-                for _ in range(frames):
+                for _ in range(frames if visitor.place is None else 0):
                     visitor.step()
                 if visitor.frames % TOLD_FRAMES < frames:
                     texts += [(number, text) for text in visitor.told()]
                 if block := visitor.packet():
                     packets.append((number, block))
-        self._turns = [*self._turns[-REPORTED:], self._clock() - start]
         self._connection.send(("frames", packets, texts))
+        self._turns.append(((self._clock() - start) / frames, (time.process_time() - worked) / frames))
         self._pass_on_changes()
+
+    def _step_crowd(self) -> None:
+        """One frame of those who move side by side, if there is anybody."""
+        members = {visitor.place[1]: visitor for visitor in self._awake().values() if visitor.place}
+        if not members:
+            return
+        commands = [members[slot].command() if slot in members else Command() for slot in range(A_WORKER)]
+        try:
+            frame = self._crowd.step(Commands(commands))
+        except ValueError:  # somebody's style is refused: whose, and then on without it
+            for slot, visitor in members.items():
+                try:
+                    for name in commands[slot].style.names:
+                        self._base.stylizer.movements(name)
+                except ValueError as error:
+                    visitor.refuse(error)
+            return
+        for slot, visitor in members.items():
+            visitor.follow(Frame(commands[slot], frame.neutral[slot], frame.styled[slot]))
+
+    def _free_place(self) -> Place | None:
+        """A place in the crowd; None for who is the first, and where styles are drawn for each by chance."""
+        taken = {visitor.place[1] for visitor in self._visitors.values() if visitor.place}
+        free = next((slot for slot in range(A_WORKER) if slot not in taken), None)
+        if not self._visitors or free is None or self._base.stylizer.seed is not None:
+            return None
+        return self._crowd, free
 
     def _pass_on_changes(self) -> None:
         """The other workers read styles and presets anew."""
@@ -103,16 +138,19 @@ class Worker:
         visitor = self._visitors.get(number)
         if kind == "join":
             session = assemble.another_session(self._base)
-            self._visitors[number] = Visitor(session, self._ground, self._attract, own_folder)
+            self._visitors[number] = Visitor(session, self._ground, self._attract, own_folder, self._free_place())
+        elif kind == "stop":
+            for each in self._visitors.values():
+                each.close()
+            raise EOFError
         elif kind == "refresh":
             assert isinstance(self._base.stylizer, LiveStylizer)
             self._base.stylizer.bank.refresh()
             for each in self._visitors.values():
                 each.refresh()
         elif kind == "report":
-            turns = 1e3 * np.array(self._turns or [0.0])
-            self._turns = []
-            self._connection.send(("report", number, turns.tolist(), self.missed))
+            self._connection.send(("report", number, list(self._turns), self.missed))
+            self._turns.clear()
         elif visitor and kind == "leave":
             self._visitors.pop(number).close()
         elif visitor:
