@@ -7,7 +7,7 @@ import numpy as np
 import pygame
 import pytest
 
-from demo.live import capture
+from demo.live import capture, overlay
 from demo.live.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
 from demo.state.stylizers import Stylizers
 from demo.ui import panels
@@ -303,3 +303,44 @@ def test_what_is_said_at_the_start_stays_however_long_the_first_picture_takes(sc
     live.say("a file of yours is left out")
     live.run(0.5, clock.sleep)
     assert live.toasts[0][1] == "a file of yours is left out"
+
+
+def test_recorded_time_is_the_world_s_however_slow_the_pictures_are(screen):
+    """At three pictures a second the world makes 4 frames to each, and so many are recorded."""
+    clock, session = Clock([0.33] * 100), fake_session()
+    live, walk, frames = Live(session, STYLES, clock.on(screen), clock=clock), session.step, []
+
+    def step(command):
+        frame = walk(command)
+        if live.recorder:
+            frames.append(frame)
+        return frame
+
+    session.step = step
+    live.do("record")
+    for event in (key("w"), key("d")):
+        pygame.event.post(event)
+        live.run((live.frames + 40) / 60, clock.sleep)
+    live.do("record")
+    recorded = list(recording.read(live.files[0]))
+    assert len(recorded) == len(frames) == 80 and clock.now - 100 > 5, "in more than five seconds"
+    again = fake_session()
+    for command, frame in zip(recorded, frames, strict=True):
+        np.testing.assert_array_equal(frame.styled.positions, again.step(command).styled.positions)
+
+
+def test_slow_pictures_are_made_simpler_and_slow_motion_is_said(screen):
+    clock = Clock([0.05] * 40 + [0.1] * 200)
+    live = Live(fake_session(), STYLES, clock.on(screen), clock=clock)
+    best = live.renderer._quality
+    live.run(1.0, clock.sleep)
+    assert live.renderer._quality != best and not live.load.slow, "before the world is slow"
+    live.playing = None
+    live.run(8.0, clock.sleep)
+    assert live.load.level == len(live.renderer.qualities) - 1 and live.missed > 0
+    live.window.size = (1280, 720)  # where there is room for the line
+    overlay.look(live, clock())
+    shown = [
+        cell.text for panel in live.view.panels for widget in panel.widgets for cell in getattr(widget, "cells", ())
+    ]
+    assert "slow motion: drawing takes 100 ms" in shown
