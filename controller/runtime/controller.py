@@ -10,6 +10,7 @@ from controller.model.idle_layer import Idle
 from controller.model.io_layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.model.network import PhaseFunctionedNetwork
 from controller.model.phase_table import PhaseTable
+from controller.runtime.gathering import gather, gathered
 from controller.runtime.playback import Playback, keep
 from controller.runtime.root_correction import RootCorrection
 from controller.runtime.trajectory import Trajectory
@@ -138,7 +139,7 @@ class PhaseFunctionedController:
         root = np.zeros((*self._leading, 3))
         root[..., ::2], root[..., 1] = self.trajectory.position, self.trajectory.height
         to_world = rot.from_yaw(self.trajectory.facing)
-        return Pose(
+        pose = Pose(
             root_position=root,
             root_facing=rot.wrap_angle(self.trajectory.facing),
             hips=root + rot.rotate(to_world, output["positions"][..., 0, :] + shift),
@@ -146,3 +147,7 @@ class PhaseFunctionedController:
             contacts=output["contacts"],
             phase=self.phase,
         )
+        if not self.trajectory.jump.under_way:
+            return pose
+        speed = rot.length(self.trajectory.velocity)[..., 0]
+        return gather(pose, gathered(self.trajectory.jump.time, speed) * self.trajectory.upright)

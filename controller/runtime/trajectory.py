@@ -100,8 +100,13 @@ class Trajectory:
     def standing(self) -> np.ndarray:
         """(...) 0..1, by the gait of the newest frame: upright, and on the ground."""
         present = self.past[..., -1, :]
-        upright = (1 - present[..., _CROUCH]) * (1 - present[..., _JUMP])
-        return present[..., _GAIT.start + GAITS.index("stand")] * upright
+        on_ground = 1 - present[..., _JUMP]
+        return present[..., _GAIT.start + GAITS.index("stand")] * self.upright * on_ground
+
+    @property
+    def upright(self) -> np.ndarray:
+        """(...) 0..1, by the gait of the newest frame: not crouching."""
+        return 1 - self.past[..., -1, _CROUCH]
 
     @property
     def height(self) -> np.ndarray:

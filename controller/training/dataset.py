@@ -54,11 +54,12 @@ JUMPS = re.compile(r"WalkToLeap|Walk2Leap|RunToJump|Run2Jump|cmu13-.*13_(11|13|1
 CROUCHES = re.compile(r"o3de.*Crouching")
 HELD_OUT_SHARE = 0.1
 MINIMUM_SECONDS = 0.7
-# At which pace and with strides how much longer a clip is learned, by kind of movement: captured strafing and backing
+# At which pace and with strides how much longer a clip is learned, by kind of movement: captured side-steps and backing
 # is leisurely and captured running all but a sprint, while the stick asks for every speed in between.
 PACES = {
     "forward walk": ((1.0, 1.0), (1.3, 1.0)),
-    "strafing and backing": ((0.75, 1.0), (1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
+    "side-step": ((0.75, 1.0), (1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
+    "backing": ((0.75, 1.0), (1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
     "run": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0)),
     "loop": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0), (1.1, 1.15)),
     "stand": ((1.0, 1.0),),
@@ -66,7 +67,7 @@ PACES = {
     "jump": ((1.0, 1.0), (1.0, 1.3), (1.0, 1.6)),
 }
 # How fast, in metres a second, a quicker clip may become.
-FASTEST = {"forward walk": 2.4, "strafing and backing": 1.9, "loop": 4.5, "crouch": 1.8, "jump": 4.0}
+FASTEST = {"forward walk": 2.4, "side-step": 1.4, "backing": 1.9, "loop": 4.5, "crouch": 1.8, "jump": 4.0}
 # Seconds of a jump that are learned: before it leaves the floor, and after it lands.
 JUMP_WINDOW = (0.6, 0.9)
 # The grounds that every clip is laid on beside level floor, one of each pace, in turn: what makes it, how much of it.
@@ -274,8 +275,9 @@ def kind_of(path: Path, clip: Clip) -> str:
     moving = speed > MOVING_FRAME
     if moving.mean() < 0.2:
         return "stand"
-    if np.median(velocity[moving, 2] / speed[moving]) < 0.7:
-        return "strafing and backing"
+    forward = np.median(velocity[moving, 2] / speed[moving])
+    if forward < 0.7:
+        return "side-step" if abs(forward) < 0.7 else "backing"
     return "run" if np.median(speed[moving]) > 2.2 else "forward walk"
 
 

@@ -61,7 +61,7 @@ def test_kinds_of_movement_are_told_apart():
     assert kind_of(path, walk) == "forward walk"
     assert kind_of(path, walk.paced(2.5)) == "run"
     assert kind_of(path, planted_clip()) == "stand"
-    assert kind_of(path, walk[::-1]) == "strafing and backing"
+    assert kind_of(path, walk[::-1]) == "backing"
     assert kind_of(Path("o3de/Jumps1.bvh"), walk) == "jump" and kind_of(Path("o3de/Crouching1.bvh"), walk) == "crouch"
 
 
