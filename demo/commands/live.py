@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     bundled = recording.read(assemble.BUNDLED_RECORDING)
     ground = args.ground if args.ground is not None else ground_of(bundled, assemble.BUNDLED_RECORDING.parent)
     load_ground(ground)  # first: a mistake in its name or its map is said before anything opens
-    character = _character(args)
+    character = choose_character(args)
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
     if has_display():
@@ -90,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _character(args: argparse.Namespace) -> "Character | None":
+def choose_character(args: argparse.Namespace) -> "Character | None":
     """Who is steered: the character that is named, which is kept, or the one that was kept; None for the figure."""
     from demo.state import characters
     from sim.character.character import load_character

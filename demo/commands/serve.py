@@ -4,9 +4,11 @@ import argparse
 import asyncio
 import os
 import signal
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from demo.commands.replay import GROUND_HELP, STYLIZER_HELP
+from demo.commands.live import choose_character
+from demo.commands.replay import CHARACTER_HELP, GROUND_HELP, MAP_HELP, STYLIZER_HELP
 
 if TYPE_CHECKING:
     from demo.serve.server import Server
@@ -34,6 +36,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
     parser.add_argument("--ground", metavar="NAME", help=GROUND_HELP)
+    parser.add_argument(
+        "--character",
+        metavar="HERO.glb|HERO.vrm",
+        help=f"{CHARACTER_HELP}; kept for the next start; `figure` is the built-in one again",
+    )
+    parser.add_argument("--map", type=Path, metavar="FILE", help=f"{MAP_HELP}, of the character")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -52,6 +60,7 @@ def run(args: argparse.Namespace) -> int:
     load_ground(args.ground)
     Presets()
     bindings = user_bindings.load()
+    character = choose_character(args)
     try:
         import aiohttp  # noqa: F401
     except ModuleNotFoundError:
@@ -59,7 +68,9 @@ def run(args: argparse.Namespace) -> int:
     from demo.serve.options import Options
     from demo.serve.server import Server
 
-    server = Server(args.host, args.port, visitors, Options(args.stylizer, args.ground), bindings)
+    server = Server(
+        args.host, args.port, visitors, Options(args.stylizer, args.ground, character is not None), bindings
+    )
     asyncio.run(_serve(server))
     return 0
 

@@ -170,7 +170,7 @@ class DrawnCharacter:
 
     def figure(self, plane: np.ndarray) -> Figure:
         """The body in the newest pose, on a plane as Figure has it."""
-        fitted = self._newest
+        fitted = self.newest
         limbs = np.stack([fitted.positions[self.character.rig.parents], fitted.positions], axis=1)
         limbs = np.concatenate([limbs[self.character.hangs], self.points[None, -2:]])
         tints = np.ones((len(PART_NAMES), 4), np.float32)
@@ -179,11 +179,12 @@ class DrawnCharacter:
     @property
     def points(self) -> np.ndarray:
         """(n, 3) its joints, and what of its mesh is farthest above the head's and beside it."""
-        fitted, head = self._newest, self.character.index["Head"]
+        fitted, head = self.newest, self.character.index["Head"]
         tips = fitted.positions[head] + rot.rotate(fitted.rotations[head], self._tips - self.character.rest[head])
         return np.concatenate([fitted.positions[self.character.hangs], tips])
 
     @property
-    def _newest(self) -> Fitted:
+    def newest(self) -> Fitted:
+        """The pose that was taken last, on the character."""
         assert self._fitted is not None, "a pose comes before a picture"
         return self._fitted

@@ -11,10 +11,12 @@ FOLDER = "browser"  # of recordings and exports, in the user's folder
 
 @dataclass(frozen=True)
 class Options:
-    """What sessions are made of: the stylizer's name, and the ground's."""
+    """What sessions are made of: the stylizer's name, the ground's, and whether the user's character, which was kept,
+    is shown in place of the figure."""
 
     stylizer: str | None = None
     ground: str | None = None
+    character: bool = True
 
 
 def own_folder() -> Path:

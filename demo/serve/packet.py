@@ -36,7 +36,7 @@ FRAME = np.dtype(
 )
 TWIN = np.dtype([("hips", "<f4", 3), ("rotations", "<i2", (JOINT_COUNT, 4))])  # behind it, where the twin is seen
 PATHS = np.dtype([("desired", "<f4", (5, 2)), ("predicted", "<f4", (5, 2))])  # behind that, where they are seen
-FLAGS = {"playing": 1, "twin": 2, "paths": 4}
+FLAGS = {"playing": 1, "twin": 2, "paths": 4, "character": 8}
 
 
 def layout() -> dict[str, object]:
@@ -59,9 +59,11 @@ def pack(
     twin: bool = False,
     paths: tuple[np.ndarray, np.ndarray] | None = None,
     ground: Ground | None = None,
+    bones: bytes = b"",
 ) -> bytes:
     """The bytes of a frame. answers: number of the newest input that it knows of; twin: with the neutral pose; paths:
-    with the ways (5, 2) that are asked for and predicted; ground: what it stands on, None for level floor."""
+    with the ways (5, 2) that are asked for and predicted; ground: what it stands on, None for level floor;
+    bones: of the character that is seen (demo.serve.model_file), none for the figure."""
     record = np.zeros((), FRAME)
     styled = frame.styled
     record["number"], record["answers"] = number, answers
@@ -75,13 +77,14 @@ def pack(
     if latency:
         counts = [latency.last_ms(stage) * 1000 / MICROSECONDS for stage in TIMED]
         record["times"] = np.minimum(counts, 65535)
-    record["flags"] = playing * FLAGS["playing"] | twin * FLAGS["twin"] | (paths is not None) * FLAGS["paths"]
+    seen = {"playing": playing, "twin": twin, "paths": paths is not None, "character": bool(bones)}
+    record["flags"] = sum(FLAGS[name] for name, is_seen in seen.items() if is_seen)
     blocks = [record]
     if twin:
         blocks.append(np.array((frame.neutral.hips, _packed(frame.neutral)), TWIN))
     if paths is not None:
         blocks.append(np.array(paths, PATHS))
-    return b"".join(block.tobytes() for block in blocks)
+    return b"".join(block.tobytes() for block in blocks) + bones
 
 
 def unpack_pose(rotations: np.ndarray) -> np.ndarray:

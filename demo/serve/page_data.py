@@ -1,5 +1,5 @@
-"""What the page needs of ours, from the tables that the window draws with: shaders, skin, colours, keys, the body's
-picture, grounds."""
+"""What the page needs of ours, from the tables that the window draws with: shaders, colours, keys, the body's picture,
+grounds."""
 
 import json
 import struct
@@ -7,10 +7,10 @@ from functools import cache
 
 import numpy as np
 
-from demo.figure import body, colours
-from demo.figure.skin import make_skin
-from demo.render import camera, ground_decals, ground_mesh, shaders
+from demo.figure import colours, forms
+from demo.render import body_shaders, camera, ground_decals, ground_mesh, shaders
 from demo.serve import packet
+from demo.serve.model_file import MOST_BONES, PLACE
 from demo.serve.visitor import to_hex
 from demo.state.bindings import CONTROLS, SLOTS, Bindings
 from demo.ui import canvas, diagram
@@ -19,17 +19,17 @@ from sim.ground.catalogue import NAMES, load_ground
 from sim.style_spec import MAX_STRENGTH
 
 VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2DShadow;\n"
-CELLS = {"fine": 0.020, "coarse": 0.045}  # metres, of the skin that is seen and of that which casts shadows
 HEIGHT_UNIT = 0.001  # metres, of a ground's heights
 
 
 def world(bindings: Bindings, grounds: tuple[str, ...]) -> bytes:
-    """All but skin and grounds, as JSON."""
+    """All but models and grounds, as JSON."""
     content = {
         "packet": packet.layout(),
         "shaders": _shaders(),
         "light": ground_mesh.TO_LIGHT.tolist(),
-        "visor": body.VISOR.tolist(),
+        "visor": forms.VISOR.tolist(),
+        "bones": {"most": MOST_BONES, "place": PLACE},
         "camera": _camera(),
         "decals": _decals(),
         "colours": _colours(),
@@ -48,33 +48,6 @@ def world(bindings: Bindings, grounds: tuple[str, ...]) -> bytes:
         "grounds": grounds,
     }
     return json.dumps(content, separators=(",", ":")).encode()
-
-
-@cache
-def skin() -> bytes:
-    """The skins: a JSON line that says what lies where, and then the numbers (float32, uint16 or uint32)."""
-    head: dict[str, dict[str, list[int]]] = {}
-    block = bytearray()
-    for level, cell in CELLS.items():
-        made = make_skin(cell)
-        arrays = {
-            "position": made.positions.astype(np.float32),
-            "normal": made.normals.astype(np.float32),
-            "weights": made.weights.astype(np.float32),
-            "joints": made.joints.astype(np.float32),
-            "material": made.materials,
-            "triangles": made.triangles.astype(np.uint32),
-        }
-        head[level] = {}
-        for name, values in arrays.items():
-            head[level][name] = [len(block), values.size, values.shape[1]]
-            block += values.tobytes()
-    inverse = np.concatenate([body.BIND.positions, body.BIND.rotations], axis=1).astype(np.float32)
-    head["bind"] = {"joints": [len(block), inverse.size, inverse.shape[1]]}
-    block += inverse.tobytes()
-    text = json.dumps(head).encode()
-    text += b" " * (-(len(text) + 4) % 4)
-    return struct.pack("<I", len(text)) + text + bytes(block)
 
 
 @cache
@@ -98,14 +71,17 @@ def _shaders() -> dict[str, str]:
     """The window's, which WebGL 2 takes as they are but for their first line."""
     return {
         name: text.replace(shaders.VERSION, VERSION)
-        for name, text in vars(shaders).items()
+        for name, text in (vars(shaders) | vars(body_shaders)).items()
         if isinstance(text, str) and text.startswith(shaders.VERSION)
     }
 
 
 def _camera() -> dict[str, object]:
     usual = camera.Camera()
-    names = "PITCH_LIMITS DISTANCE_LIMITS AIM FOLLOW_HALF_LIFE ORBIT_HALF_LIFE NEAR FAR ANKLES CLEARANCE".split()
+    names = (
+        "PITCH_LIMITS DISTANCE_LIMITS AIM FOLLOW_HALF_LIFE LEAD LEAD_HALF_LIFE ORBIT_HALF_LIFE NEAR FAR ANKLES "
+        "CLEARANCE"
+    ).split()
     return {
         **{name: np.asarray(getattr(camera, name)).tolist() for name in names},
         **{name: getattr(usual, name) for name in ("yaw", "pitch", "distance", "field_of_view")},

@@ -7,11 +7,19 @@ import threading
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from typing import Any, Callable
+from typing import Any, Callable, NamedTuple
 
 from demo.serve.options import A_WORKER, Options
 
-Deliver = Callable[[bytes | str | None], None]  # takes what goes to a page; None: the worker is gone
+
+class Model(NamedTuple):
+    """The packed model of a visitor's character, which its page fetches."""
+
+    content: bytes
+
+
+Message = bytes | str | Model | None  # what goes to a page: a frame, a text, a model; None: the worker is gone
+Deliver = Callable[[Message], None]
 
 
 def _work(connection: Connection, options: Options) -> None:
@@ -128,6 +136,9 @@ class Pool:
                 for number, message in messages:
                     if number in hand.visitors:
                         hand.visitors[number](message)
+        elif kind == "model":
+            if deliver := hand.visitors.get(content[0]):
+                deliver(Model(content[1]))
         elif kind == "end":
             if deliver := hand.visitors.pop(content[0], None):
                 deliver(None)

@@ -14,8 +14,9 @@ from typing import Any, Awaitable, Callable
 from aiohttp import BodyPartReader, WSCloseCode, WSMsgType, web
 
 from demo.serve import access, page_data
+from demo.serve.model_file import own_figure
 from demo.serve.options import Options, own_folder
-from demo.serve.pool import Pool
+from demo.serve.pool import Message, Model, Pool
 from demo.state.bindings import Bindings
 
 PAGE = Path(__file__).parent / "page"
@@ -41,6 +42,7 @@ class Server:
         self._bindings = bindings
         self._grounds = page_data.ground_names(options.ground)
         self._visitors: dict[str, int] = {}  # by the secret word that its page was told
+        self._models: dict[str, bytes] = {}
         self._takes: dict[str, set[str]] = {}  # names of the files that a page may fetch
         self.application = web.Application(middlewares=[self._guard], client_max_size=access.LARGEST_DROP)
         self.application.add_routes(
@@ -48,7 +50,8 @@ class Server:
                 web.get("/", self._page),
                 web.get("/page/{name}", self._page),
                 web.get("/world.json", self._world),
-                web.get("/skin", self._skin),
+                web.get("/figure", self._figure),
+                web.get("/model/{word}", self._model),
                 web.get("/ground/{number}", self._ground),
                 web.get("/socket", self._socket),
                 web.post("/drop/{word}", self._drop),
@@ -95,9 +98,16 @@ class Server:
         body = page_data.world(self._bindings, self._grounds)
         return _compressed(web.Response(body=body, content_type="application/json"))
 
-    async def _skin(self, _: web.Request) -> web.Response:
-        body = await asyncio.to_thread(page_data.skin)
+    async def _figure(self, _: web.Request) -> web.Response:
+        body = await asyncio.to_thread(own_figure)
         return _compressed(web.Response(body=body, content_type="application/octet-stream"))
+
+    async def _model(self, request: web.Request) -> web.Response:
+        """The model of the character that the page shows."""
+        body = self._models.get(request.match_info["word"])
+        if body is None:
+            raise web.HTTPNotFound()
+        return web.Response(body=body, content_type="application/octet-stream")
 
     async def _ground(self, request: web.Request) -> web.Response:
         number = request.match_info["number"]
@@ -118,11 +128,13 @@ class Server:
         outbox: asyncio.Queue[bytes | str | None] = asyncio.Queue()
         word = secrets.token_urlsafe(16)
 
-        def deliver(message: bytes | str | None) -> None:
+        def deliver(message: Message) -> None:
             """Frames that a slow line would only keep waiting are left out; texts are not."""
             waits = outbox.qsize() > 4 or (transport is not None and transport.get_write_buffer_size() > FULL_BUFFER)
             if isinstance(message, bytes) and waits:
                 return
+            if isinstance(message, Model):
+                self._models[word], message = message.content, json.dumps({"model": len(message.content)})
             if isinstance(message, str) and '"file"' in message:
                 self._takes[word].add(json.loads(message).get("file", ""))
             outbox.put_nowait(message)
@@ -144,6 +156,7 @@ class Server:
         finally:
             sending.cancel()
             self.pool.leave(number)
+            self._models.pop(word, None)
             del self._visitors[word], self._takes[word]
         return page
 

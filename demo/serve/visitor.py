@@ -2,22 +2,26 @@
 demo.live.actions that need no window, as the window does."""
 
 import json
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Sequence, cast
 
 from demo.export import export_jobs
+from demo.figure.character_model import DrawnCharacter
 from demo.figure.colours import part_colours, style_colour, worn
 from demo.live import actions, capture
 from demo.live.drop_import import DropImport
 from demo.render.view import View
 from demo.serve import packet
+from demo.serve.model_file import Bones
 from demo.serve.remote_input import PRESSED, RemoteInput
 from demo.state.grounds import Grounds
 from demo.state.presets import Presets
 from demo.state.style_choice import StyleChoice
 from demo.state.stylizers import Stylizers
 from demo.ui.canvas import ALERT, INK, Colour
+from sim.character.character import Character
 from sim.command import Command
 from sim.ground.catalogue import FLAT
 from sim.io import recording
@@ -33,8 +37,8 @@ if TYPE_CHECKING:
 
 DONE = (  # the actions of demo.live.actions that a page may ask for
     "pick part_previous part_next style_previous style_next choose weaker stronger strength share blend pace own_style "
-    "reset stylizer_next reroll random ground preset save preset_next twin skeleton trajectory contacts phase times "
-    "record"
+    "reset character stylizer_next reroll random ground preset save preset_next twin skeleton trajectory contacts "
+    "phase times record"
 ).split()
 ALONE = frozenset({"stylizer_next", "reroll"})  # what one of a crowd cannot have for itself
 EXPORTED = ("bvh", "glb", "poses")  # no video: the page draws, not this machine
@@ -54,18 +58,27 @@ class Visitor:
         attract: Sequence[Command],
         folder: Callable[[], Path],
         place: Place | None = None,
+        character: Character | None = None,
     ) -> None:
         """session: one that has not been stepped. place: in a crowd, as one of whom the character moves until it has to
         start over; None to move alone from the beginning. attract: commands that are played, over and over, until
-        somebody touches a control. folder: gives where its recordings and exports go."""
+        somebody touches a control. folder: gives where its recordings and exports go. character: who is steered in
+        place of the figure."""
         self.session, self.place = session, place
         self.grounds = Grounds(session, ground)
         self.devices, self.view = RemoteInput(), View()
-        self.choice = StyleChoice(session.stylizer.styles, noncommercial=session.stylizer.noncommercial)
+        self.view.ground = session.ground
+        self.choice = StyleChoice(())
+        self.offer_styles()
         self.presets, self.preset = Presets(), 0
         self.stylizers, self.takes = Stylizers(session), export_jobs.ExportJobs()
         self.drop_import = DropImport(lambda: session.stylizer)
         self.inset = SimpleNamespace(play=lambda clip, name: None)
+        self.own: DrawnCharacter | None = None  # the user's character, shown or not
+        self._bones: Bones | None = None  # of the character that is seen
+        self._modelling = ThreadPoolExecutor(1, "pack a character")
+        self._models: list[Future[Bones | str]] = []  # that are being packed for the page
+        self._packed: bytes | None = None  # of the character, and not yet sent
         self.seen = {"contacts"}
         self.pace = True
         self.asleep = False  # whether nobody looks at the page: then nothing moves
@@ -82,6 +95,8 @@ class Visitor:
         self._folder = folder
         self._said: list[dict[str, Any]] = []
         self._told: dict[str, str] = {}  # what the page was told last, by its kind
+        if character:
+            self._models.append(self._modelling.submit(self._draw, character))
 
     @property
     def folder(self) -> Path:
@@ -170,10 +185,51 @@ class Visitor:
         self.place = None
         self.session.restart()
         self.takes.frames.clear()
+        self.view.ground = self.session.ground
 
     def offer_styles(self) -> None:
         """The list is that of the stylizer in use."""
-        self.choice.offer(self.session.stylizer.styles, self.session.stylizer.noncommercial)
+        stylizer = self.session.stylizer
+        self.choice.offer(stylizer.styles, stylizer.noncommercial, stylizer.users_own)
+
+    def dress(self, own: DrawnCharacter | None) -> None:
+        """Shows the user's character in place of the figure, as soon as its model is packed for the page; for None the
+        figure."""
+        self.own = own or self.own
+        self.view.dress(None)
+        self._bones = None
+        if own:
+            self._models.append(self._modelling.submit(self._pack, own))
+
+    def _draw(self, character: Character) -> "Bones | str":
+        self.own = DrawnCharacter(character)
+        return self._pack(self.own)
+
+    def _pack(self, own: DrawnCharacter) -> "Bones | str":
+        """In a thread of its own: the character's bones, its model being packed; or why the page cannot show it."""
+        try:
+            bones = Bones(own.character)
+        except ValueError as error:
+            return str(error)
+        self._packed = bones.model(own.model)
+        return bones
+
+    def model(self) -> bytes | None:
+        """The model of the character that is to be seen, once."""
+        while self._models and self._models[0].done():
+            result = self._models.pop(0).result()
+            if isinstance(result, str):
+                self.say(result, ALERT)
+            elif self.own:
+                self._bones = result
+                self.view.dress(self.own, self.frame)
+        packed, self._packed = (self._packed, None) if self._bones else (None, self._packed)
+        return packed
+
+    @property
+    def shown(self) -> Character | None:
+        """The character that is seen; None where it is the figure."""
+        return self.view.character.character if self.view.character else None
 
     def guard(self, write: Callable[[], None]) -> bool:
         """Runs what writes a file, True if it could; else the page says why."""
@@ -190,7 +246,7 @@ class Visitor:
             self.say("the last export is still being written")
         elif self.takes.frames:
             stem = capture.new_file(self.folder, *export_jobs.ENDINGS).with_suffix("")
-            self.takes.export(stem, self.session.ground, kinds=EXPORTED)
+            self.takes.export(stem, self.session.ground, self.shown, EXPORTED)
             self.say(f"exporting the last {len(self.takes.frames) / FPS:.1f} s as BVH, glTF and poses")
 
     # ---- a frame ------------------------------------------------------------------
@@ -219,6 +275,8 @@ class Visitor:
             self.recorder = None
         self.frames += 1
         self.takes.frames.append(self.frame)
+        if self.view.character:
+            self.view.character.follow(frame.styled, self.session.ground)
 
     def command(self) -> Command:
         """What is asked for in the next frame."""
@@ -239,7 +297,10 @@ class Visitor:
     def _replay(self, path: Path) -> None:
         """Plays a recording from the start point, as `patchwalk replay` does. Raises ValueError or OSError for a file
         that is none, or was made with something else than is here."""
-        recorded = recording.read(path)
+        try:
+            recorded = recording.read(path)
+        except ValueError as error:
+            raise ValueError(str(error).replace(str(path), path.name)) from None
         if (recorded.stylizer or SHIPPED) != self.session.stylizer.name:
             raise ValueError(
                 f"{path.name} was made with the stylizer {recorded.stylizer or SHIPPED}: choose that first"
@@ -269,7 +330,13 @@ class Visitor:
             bool(self.view.twin),
             paths,
             self.session.ground,
+            self._character_bones(),
         )
+
+    def _character_bones(self) -> bytes:
+        if self._bones is None or self.view.character is None or self.frame is None:
+            return b""
+        return self._bones.packed(self.view.character.newest, self.frame.styled.root_position)
 
     def close(self) -> None:
         """The page is gone: a recording ends, whole."""
@@ -320,6 +387,7 @@ class Visitor:
             "twin": self.view.twin,
             "seen": sorted(self.seen),
             "recording": self.recorder is not None,
+            "character": self.own.character.name if self.own and self._bones else "",
             "ground": self.grounds.name,
             "stylizer": self.session.stylizer.name,
             "crouching": self.devices.crouching,

@@ -12,6 +12,7 @@ from typing import Any, Callable, Iterator
 from demo import assemble
 from demo.serve.options import A_WORKER, Options, own_folder
 from demo.serve.visitor import TOLD_FRAMES, Place, Visitor
+from demo.state import characters
 from demo.state.grounds import ground_of
 from sim.command import Command, Commands
 from sim.ground.catalogue import load_ground
@@ -54,6 +55,7 @@ class Worker:
         # two that move alone. Who is first, or has to start over, moves alone.
         self._crowd = self._base.crowd(A_WORKER)
         self._crowd.stand_on(load_ground(self._ground))
+        self._character = characters.kept() if options.character else None
         self.missed = 0  # frames that were not made, because those before took too long
         self._turns: deque[tuple[float, float]] = deque(maxlen=REPORTED)  # seconds of a frame, and of processor in it
         gc.collect()
@@ -88,6 +90,8 @@ class Worker:
                 for _ in range(frames if visitor.place is None else 0):
                     visitor.step()
                 if visitor.frames % TOLD_FRAMES < frames:
+                    if model := visitor.model():
+                        self._connection.send(("model", number, model))
                     texts += [(number, text) for text in visitor.told()]
                 if block := visitor.packet():
                     packets.append((number, block))
@@ -138,7 +142,9 @@ class Worker:
         visitor = self._visitors.get(number)
         if kind == "join":
             session = assemble.another_session(self._base)
-            self._visitors[number] = Visitor(session, self._ground, self._attract, own_folder, self._free_place())
+            self._visitors[number] = Visitor(
+                session, self._ground, self._attract, own_folder, self._free_place(), self._character
+            )
         elif kind == "stop":
             for each in self._visitors.values():
                 each.close()

@@ -12,6 +12,8 @@ export class Camera {
     this.wanted = { yaw: table.yaw, pitch: table.pitch, distance: table.distance };
     Object.assign(this, this.wanted);
     this.target = [...table.AIM];
+    this.place = null; // of the character, when it was followed last
+    this.velocity = [0, 0, 0]; // its, smoothed
     this.centre = [0, 0]; // where the target is in the picture, in clip units: the middle of what panels leave free
     this.free = [1, 1]; // the share of the picture's width and height that they leave
     this.shown = [0, 0, 1, 1]; // the same, eased
@@ -28,7 +30,13 @@ export class Camera {
 
   // Lets seconds pass while the character stands at a place; heights: of the ground, null for level floor.
   follow(place, seconds, heights) {
-    const goal = add(place, this.table.AIM), way = subtract(goal, this.target);
+    const leapt = !this.place || Math.hypot(...subtract(place, this.place)) > LEAP;
+    const speed = leapt ? [0, 0, 0] : subtract(place, this.place).map((way) => way / Math.max(seconds, 1e-3));
+    const followed = leapt ? 1 : ease(seconds, this.table.LEAD_HALF_LIFE);
+    this.velocity = this.velocity.map((old, axis) => old + (speed[axis] - old) * followed);
+    this.place = place;
+    const ahead = this.velocity.map((rate, axis) => rate * this.table.LEAD[axis]);
+    const goal = add(add(place, this.table.AIM), ahead), way = subtract(goal, this.target);
     const halves = Math.hypot(way[0], way[2]) > LEAP * 2 ? [0, 0, 0] : this.table.FOLLOW_HALF_LIFE;
     this.target = this.target.map((at, axis) => at + way[axis] * ease(seconds, halves[axis]));
     const share = ease(seconds, this.table.ORBIT_HALF_LIFE);

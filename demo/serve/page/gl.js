@@ -32,6 +32,7 @@ export class Program {
       else if (type === gl.FLOAT_VEC3) gl.uniform3fv(place, value);
       else if (type === gl.FLOAT_VEC4) gl.uniform4fv(place, value);
       else if (type === gl.FLOAT_MAT4) gl.uniformMatrix4fv(place, true, value);
+      else if (type === gl.FLOAT_MAT3x4) gl.uniformMatrix3x4fv(place, false, value);
       else gl.uniform1i(place, value); // a sampler's unit
     }
     return this;
@@ -91,6 +92,37 @@ export function target(gl, side) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
   gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
   return { texture, frame, side };
+}
+
+// A square picture of depths alone: what is read from it is the share of four pixels about a place that lie no nearer
+// than the depth given.
+export function depthMap(gl, side) {
+  const texture = gl.createTexture(), frame = gl.createFramebuffer();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT16, side, side);
+  for (const [name, value] of [
+    [gl.TEXTURE_MIN_FILTER, gl.LINEAR], [gl.TEXTURE_MAG_FILTER, gl.LINEAR],
+    [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
+    [gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE], [gl.TEXTURE_COMPARE_FUNC, gl.LEQUAL],
+  ]) gl.texParameteri(gl.TEXTURE_2D, name, value);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, texture, 0);
+  gl.drawBuffers([gl.NONE]);
+  gl.readBuffer(gl.NONE);
+  return { texture, frame, side };
+}
+
+// A picture of a user's character, its first row the upper one.
+export function picture(gl, image) {
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
+  for (const [name, value] of [
+    [gl.TEXTURE_MIN_FILTER, gl.LINEAR], [gl.TEXTURE_MAG_FILTER, gl.LINEAR],
+    [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
+  ]) gl.texParameteri(gl.TEXTURE_2D, name, value);
+  return texture;
 }
 
 // Rows of floats that are written anew each picture, one an instance; fields: [attribute, width] in their order.

@@ -18,23 +18,26 @@ async function load(path) {
   return response;
 }
 
-function readSkins(bytes) {
+// A model as the server packed it: skins, the bones of the pose that they are made in, its picture.
+async function readModel(bytes) {
   const length = new DataView(bytes).getUint32(0, true), start = 4 + length;
-  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, length)));
-  for (const level of Object.values(head))
-    for (const name in level) {
-      const [offset, size] = level[name];
-      level[name] = new (name === "triangles" ? Uint32Array : Float32Array)(bytes, start + offset, size);
+  const model = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, length)));
+  for (const part of Object.values(model))
+    for (const name in part) {
+      const [offset, size] = part[name], kind = { triangles: Uint32Array, png: Uint8Array }[name] ?? Float32Array;
+      part[name] = new kind(bytes, start + offset, size);
     }
-  return head;
+  const options = { premultiplyAlpha: "none", colorSpaceConversion: "none" };
+  model.image = model.picture ? await createImageBitmap(new Blob([model.picture.png], { type: "image/png" }), options) : null;
+  return model;
 }
 
 class Page {
-  constructor(world, skins) {
+  constructor(world, figure) {
     this.world = world;
     const canvas = find("scene");
     this.camera = new Camera(world.camera);
-    this.scene = new Scene(canvas, world, skins, new Skeleton(world, skins.bind.joints));
+    this.scene = new Scene(canvas, world, figure, new Skeleton(world));
     this.panel = new Panel(world, (action) => this.act(action));
     this.input = new Input(canvas, world, this.camera, {
       act: (action) => this.act(action),
@@ -93,6 +96,7 @@ class Page {
     if (said.styles) this.panel.setStyles(said.styles);
     if (said.presets) this.panel.setPresets(said.presets);
     if (said.file) this.save(said.file);
+    if (said.model) this.wear();
     if (said.state) this.setState(said.state);
   }
 
@@ -107,6 +111,11 @@ class Page {
     this.ground = name;
     const bytes = await (await load(`/ground/${this.world.grounds.indexOf(name)}`)).arrayBuffer();
     if (this.ground === name) this.scene.standOn(bytes.byteLength ? new Heights(bytes) : null);
+  }
+
+  // The character's model is ready.
+  async wear() {
+    this.scene.wear(await readModel(await (await load(`/model/${this.word}`)).arrayBuffer()));
   }
 
   save(name) {
@@ -258,9 +267,12 @@ const LOCAL = {
 };
 
 try {
-  const [world, skins] = await Promise.all([load("/world.json").then((r) => r.json()), load("/skin").then((r) => r.arrayBuffer())]);
+  const [world, figure] = await Promise.all([
+    load("/world.json").then((response) => response.json()),
+    load("/figure").then(async (response) => readModel(await response.arrayBuffer())),
+  ]);
   if (matchMedia("(max-width: 720px)").matches) find("dress").hidden = true;
-  window.page = new Page(world, readSkins(skins));
+  window.page = new Page(world, figure);
 } catch (error) {
   console.error(error);
   find("lost").hidden = false;

@@ -157,6 +157,7 @@ export class Panel {
     find("record").classList.toggle("on", state.recording);
     find("record").querySelector("span").textContent = state.recording ? "stop" : "record";
     find("replay").hidden = !state.recorded || state.recording;
+    find("character-name").textContent = state.character || "figure";
     find("ground-name").textContent = state.ground;
     find("stylizer-name").textContent = state.stylizer;
     for (const made of document.querySelectorAll("[data-seen]"))

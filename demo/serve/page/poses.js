@@ -23,14 +23,39 @@ export function readPacket(bytes, layout) {
   frame.playing = has("playing");
   frame.twin = has("twin") ? record("twin") : null;
   frame.paths = has("paths") ? record("paths") : null;
+  frame.bones = has("character") ? new Int16Array(bytes.slice(start)) : null; // of the user's character, see bonesOf
   return frame;
 }
 
+// Bones of a user's character, seven numbers each: rotations away from its rest pose, and places beside the root.
+export function bonesOf(frame, unit) {
+  const rotations = [], positions = [];
+  for (let at = 0; at < frame.bones.length; at += 7) {
+    const q = Array.from(frame.bones.subarray(at, at + 4)), length = Math.hypot(...q);
+    rotations.push(q.map((share) => share / length));
+    positions.push(frame.root.map((value, axis) => value + frame.bones[at + 4 + axis] * unit));
+  }
+  return { positions, rotations };
+}
+
+// What carries a skin, three rows of a matrix for each bone: from the pose that the skin is made in, (bones, 7) places
+// and rotations (w, x, y, z), to this one.
+export function carriers({ positions, rotations }, bind) {
+  const result = new Float32Array(12 * rotations.length);
+  rotations.forEach((rotation, bone) => {
+    const at = bind.subarray(7 * bone, 7 * bone + 7);
+    const turn = multiply(rotation, [at[3], -at[4], -at[5], -at[6]]);
+    const x = rotate(turn, [1, 0, 0]), y = rotate(turn, [0, 1, 0]), z = rotate(turn, [0, 0, 1]);
+    const moved = rotate(turn, [at[0], at[1], at[2]]), place = positions[bone];
+    for (let row = 0; row < 3; row++) result.set([x[row], y[row], z[row], place[row] - moved[row]], 12 * bone + 4 * row);
+  });
+  return result;
+}
+
 export class Skeleton {
-  constructor(world, bind) {
+  constructor(world) {
     this.parents = world.parents;
     this.offsets = world.offsets;
-    this.bind = bind; // (21, 7): places and rotations (w, x, y, z) of the pose that the skin is made in
   }
 
   // A record's pose: positions and rotations of the joints, from where its hips are, moved by a shift.
@@ -43,21 +68,6 @@ export class Skeleton {
       positions.push(parent < 0 ? add(record.hips, shift) : add(positions[parent], rotate(rotations[parent], this.offsets[joint])));
     }
     return { positions, rotations };
-  }
-
-  // Matrices, row by row, from the pose that the skin is made in to this one.
-  bones(pose) {
-    const result = new Float32Array(16 * this.parents.length);
-    pose.rotations.forEach((rotation, joint) => {
-      const at = this.bind.subarray(7 * joint, 7 * joint + 7);
-      const turn = multiply(rotation, [at[3], -at[4], -at[5], -at[6]]);
-      const x = rotate(turn, [1, 0, 0]), y = rotate(turn, [0, 1, 0]), z = rotate(turn, [0, 0, 1]);
-      const moved = rotate(turn, [at[0], at[1], at[2]]), place = pose.positions[joint];
-      for (let row = 0; row < 3; row++)
-        result.set([x[row], y[row], z[row], place[row] - moved[row]], 16 * joint + 4 * row);
-      result[16 * joint + 15] = 1;
-    });
-    return result;
   }
 }
 

@@ -1,9 +1,10 @@
 // The picture: the window's passes and shaders (demo/render) in WebGL 2, the skin carried by the visitor's own GPU.
 
-import { buffer, Program, Rows, target } from "./gl.js";
+import { buffer, depthMap, picture, Program, Rows, target } from "./gl.js";
 import { GroundMesh } from "./ground.js";
-import { dot, scale } from "./poses.js";
+import { bonesOf, carriers, cross, dot, scale } from "./poses.js";
 
+const LIGHT_MAP_PIXELS = 512, SOFTNESS = 0.014, LIGHT_MAP_MARGIN = 0.25;
 const SHADOW_PIXELS = 256, SHADOW_BLUR = 0.02, SHADOW_MARGIN = 0.3;
 const COLOUR_EASE = 0.15; // share of a colour's change that one picture makes
 const TWIN_DISTANCE = 1.15;
@@ -17,25 +18,27 @@ in vec3 position;
 in vec3 normal;
 in vec4 joints;
 in vec4 weights;
-uniform mat4 bones[BONES];
+uniform mat3x4 bones[BONES]; // the rows of a matrix
 out vec3 place;
 out vec3 direction;
 void main() {
-    mat4 bone = bones[int(joints.x)] * weights.x + bones[int(joints.y)] * weights.y
-              + bones[int(joints.z)] * weights.z + bones[int(joints.w)] * weights.w;
-    place = (bone * vec4(position, 1.0)).xyz;
-    direction = mat3(bone) * normal;
+    mat3x4 bone = bones[int(joints.x)] * weights.x + bones[int(joints.y)] * weights.y
+                + bones[int(joints.z)] * weights.z + bones[int(joints.w)] * weights.w;
+    place = vec4(position, 1.0) * bone;
+    direction = vec4(normal, 0.0) * bone;
 }`;
 const NOTHING = "#version 300 es\nprecision highp float;\nvoid main() {}";
 
 export class Scene {
-  constructor(canvas, world, skins, skeleton) {
+  constructor(canvas, world, figure, skeleton) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
     if (!gl) throw new Error("this browser has no WebGL 2: turn hardware acceleration on, or use a newer one");
     const of = world.shaders, program = (vertex, fragment) => new Program(gl, of[vertex], of[fragment]);
     Object.assign(this, { gl, canvas, world, skeleton });
-    this.carry = new Program(gl, CARRY.replace("BONES", world.joints.length), NOTHING, ["place", "direction"]);
-    this.body = program("BODY_VERTEX", "BODY_FRAGMENT");
+    this.carry = new Program(gl, CARRY.replace("BONES", world.bones.most), NOTHING, ["place", "direction"]);
+    this.body = program("BODY_VERTEX", "FIGURE_FRAGMENT");
+    this.painted = program("BODY_VERTEX", "PAINTED_FRAGMENT");
+    this.deep = program("DEPTH_VERTEX", "DEPTH_FRAGMENT");
     this.ghost = program("BODY_VERTEX", "GHOST_FRAGMENT");
     this.cast = program("SHADOW_VERTEX", "SHADOW_FRAGMENT");
     this.blur = program("FULL_VERTEX", "BLUR_FRAGMENT");
@@ -52,18 +55,20 @@ export class Scene {
     this.marks = new Rows(gl, program("FLAT_MARK_VERTEX", "MARK_FRAGMENT"), [["place", 4], ["colour", 4], ["kind", 2]]);
     this.lines = new Rows(gl, program("LINE_VERTEX", "LINE_FRAGMENT"), [["start", 4], ["stop", 4], ["colour", 4]]);
     this.shadows = [target(gl, SHADOW_PIXELS), target(gl, SHADOW_PIXELS)];
-    this.skins = skins;
-    this.figures = [this.makeFigure(), this.makeFigure()]; // the character and its twin
+    this.lightMap = depthMap(gl, LIGHT_MAP_PIXELS);
+    this.figure = this.makeFigure(figure);
+    this.twin = this.makeFigure(figure);
+    this.character = null; // the user's own, drawn in place of the figure
     this.tints = null;
     this.ground = null;
     gl.disable(gl.DITHER);
   }
 
-  // What one figure needs on the card: each skin with buffers for where its corners are.
-  makeFigure() {
-    const gl = this.gl, result = {};
+  // What one figure needs on the card: its skins with buffers for where their corners are, and its picture.
+  makeFigure(model) {
+    const gl = this.gl, result = { bind: model.bind.bones, picture: model.image ? picture(gl, model.image) : null };
     for (const level of ["fine", "coarse"]) {
-      const skin = this.skins[level], count = skin.position.length / 3, own = {};
+      const skin = model[level], count = skin.position.length / 3, own = {};
       for (const name of ["position", "normal"]) own[name] = { buffer: buffer(gl, skin[name]), width: 3 };
       for (const name of ["joints", "weights"]) own[name] = { buffer: buffer(gl, skin[name]), width: 4 };
       const posed = { triangles: buffer(gl, skin.triangles, gl.ELEMENT_ARRAY_BUFFER), bind_place: own.position };
@@ -73,11 +78,16 @@ export class Scene {
         gl.bufferData(gl.ARRAY_BUFFER, 12 * count, gl.DYNAMIC_COPY);
       }
       const material = buffer(gl, skin.material);
-      posed.limbs = { buffer: material, width: 4, stride: 24 };
-      posed.wear = { buffer: material, width: 2, stride: 24, offset: 16 };
+      posed.first = { buffer: material, width: 4, stride: 24 };
+      posed.second = { buffer: material, width: 2, stride: 24, offset: 16 };
       result[level] = { own, posed, count, feedback: gl.createTransformFeedback(), length: skin.triangles.length };
     }
     return result;
+  }
+
+  // Draws a model in place of the figure from now on; null: the figure.
+  wear(model) {
+    this.character = model && this.makeFigure(model);
   }
 
   standOn(heights) {
@@ -90,13 +100,16 @@ export class Scene {
     const gl = this.gl, { width, height } = this.canvas, aspect = width / height;
     const worldToClip = camera.worldToClip(aspect), right = camera.right;
     const shift = seen.twin === "beside" ? this.twinShift(frame, scale(right, -TWIN_DISTANCE)) : [0, 0, 0];
-    const poses = [this.skeleton.pose(frame)];
+    const poses = [this.skeleton.pose(frame)], worn = frame.bones && this.character, figures = [worn || this.figure];
+    this.pose(figures[0], worn ? bonesOf(frame, this.world.bones.place) : poses[0]);
     if (frame.twin) poses.push(this.skeleton.pose(frame.twin, shift));
-    poses.forEach((pose, i) => this.pose(this.figures[i], pose));
+    if (frame.twin) this.pose(this.twin, poses[1]);
+    if (seen.twin === "beside") figures.push(this.twin);
     this.easeColours(frame.colours, seen.glow);
 
-    const solid = seen.twin === "beside" ? poses : poses.slice(0, 1), area = this.shadowArea(solid, frame.plane);
-    this.castShadow(solid.length, frame.plane, area);
+    const solid = poses.slice(0, figures.length), area = this.shadowArea(solid, frame.plane);
+    this.castShadow(figures, frame.plane, area);
+    const lit = this.castLight(figures, solid);
 
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, width, height);
@@ -105,12 +118,12 @@ export class Scene {
     gl.clear(gl.DEPTH_BUFFER_BIT | gl.COLOR_BUFFER_BIT);
     const eye = camera.eye, values = {
       world_to_clip: worldToClip, focus: camera.target, area, shadow: 0, eye, to_light: this.world.light,
-      visor: this.world.visor, edges: 0.5, pixel: camera.pixel(width, height), plane: frame.plane,
+      visor: this.world.visor, plane: frame.plane, ...lit,
       half_size: [width / 2, height / 2], ...camera.sky(aspect),
     };
     const marks = this.marksOf(solid, frame, seen);
     (this.ground ? this.drawUneven : this.drawFlat).call(this, values, marks);
-    this.drawBodies(values, solid.length);
+    this.drawBodies(values, figures);
     if (seen.twin === "ghost" && frame.twin) this.drawGhost(values);
     this.lines.draw(this.linesOf(solid, frame, seen), values);
     gl.bindVertexArray(null);
@@ -123,7 +136,7 @@ export class Scene {
   }
 
   pose(figure, pose) {
-    const gl = this.gl, bones = this.skeleton.bones(pose);
+    const gl = this.gl, bones = carriers(pose, figure.bind);
     gl.enable(gl.RASTERIZER_DISCARD);
     for (const level of ["fine", "coarse"]) {
       const { own, posed, count, feedback } = figure[level];
@@ -168,7 +181,7 @@ export class Scene {
     return [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, half];
   }
 
-  castShadow(count, plane, area) {
+  castShadow(figures, plane, area) {
     const gl = this.gl, [sharp, blurred] = this.shadows, values = { plane, area, to_light: this.world.light };
     gl.viewport(0, 0, sharp.side, sharp.side);
     gl.bindFramebuffer(gl.FRAMEBUFFER, sharp.frame);
@@ -176,7 +189,7 @@ export class Scene {
     gl.clear(gl.COLOR_BUFFER_BIT);
     gl.enable(gl.BLEND);
     gl.blendEquation(gl.MAX);
-    for (const { coarse } of this.figures.slice(0, count)) {
+    for (const { coarse } of figures) {
       this.cast.use(values).bind(coarse.posed);
       gl.drawElements(gl.TRIANGLES, coarse.length, gl.UNSIGNED_INT, 0);
     }
@@ -191,6 +204,33 @@ export class Scene {
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
     gl.bindTexture(gl.TEXTURE_2D, sharp.texture);
+  }
+
+  // Draws the depth of what the light sees of the figures; where that is, and how soft its edges are.
+  castLight(figures, poses) {
+    const gl = this.gl, light = this.world.light, across = cross([0, 1, 0], light);
+    const right = scale(across, 1 / Math.hypot(...across)), axes = [right, cross(light, right), scale(light, -1)];
+    const rows = axes.map((axis) => {
+      const along = poses.flatMap(({ positions }) => positions.map((at) => dot(axis, at)));
+      return [Math.min(...along) - LIGHT_MAP_MARGIN, Math.max(...along) + LIGHT_MAP_MARGIN];
+    });
+    const side = Math.max(rows[0][1] - rows[0][0], rows[1][1] - rows[1][0]), sides = [side, side, rows[2][1] - rows[2][0]];
+    const world_to_light = axes.flatMap((axis, i) => [
+      ...scale(axis, 1 / sides[i]), 0.5 - (rows[i][0] + rows[i][1]) / 2 / sides[i],
+    ]).concat([0, 0, 0, 1]);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.lightMap.frame);
+    gl.viewport(0, 0, this.lightMap.side, this.lightMap.side);
+    gl.depthMask(true);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    this.solid(true);
+    gl.cullFace(gl.FRONT);
+    for (const { coarse } of figures) {
+      this.deep.use({ world_to_light }).bind(coarse.posed);
+      gl.drawElements(gl.TRIANGLES, coarse.length, gl.UNSIGNED_INT, 0);
+    }
+    gl.cullFace(gl.BACK);
+    this.solid(false);
+    return { world_to_light, light_map: 1, picture: 2, softness: [SOFTNESS / side, SOFTNESS / side] };
   }
 
   // ---- ground ------------------------------------------------------------------------------
@@ -244,21 +284,30 @@ export class Scene {
 
   // ---- bodies ------------------------------------------------------------------------------
 
-  drawBodies(values, count) {
+  drawBodies(values, figures) {
     const gl = this.gl;
     gl.disable(gl.BLEND);
     this.solid(true);
+    this.bindTexture(1, this.lightMap.texture);
     const twin = new Float32Array(20).fill(1);
     for (let part = 0; part < 5; part++) twin.set(this.world.colours.scene.twin, 4 * part);
-    this.figures.slice(0, count).forEach(({ fine }, i) => {
-      this.body.use({ ...values, tints: i ? twin : this.shownTints }).bind(fine.posed);
+    for (const figure of figures) {
+      if (figure.picture) this.bindTexture(2, figure.picture);
+      const tints = figure === this.twin ? twin : this.shownTints, { fine } = figure;
+      (figure.picture ? this.painted : this.body).use({ ...values, tints }).bind(fine.posed);
       gl.drawElements(gl.TRIANGLES, fine.length, gl.UNSIGNED_INT, 0);
-    });
+    }
+    gl.activeTexture(gl.TEXTURE0);
     this.solid(false);
   }
 
+  bindTexture(unit, texture) {
+    this.gl.activeTexture(this.gl.TEXTURE0 + unit);
+    this.gl.bindTexture(this.gl.TEXTURE_2D, texture);
+  }
+
   drawGhost(values) {
-    const gl = this.gl, tints = new Float32Array(20).fill(1), { fine } = this.figures[1];
+    const gl = this.gl, tints = new Float32Array(20).fill(1), { fine } = this.twin;
     for (let part = 0; part < 5; part++) tints.set(this.world.colours.scene.ghost, 4 * part);
     this.solid(true);
     gl.enable(gl.BLEND);
