@@ -21,7 +21,10 @@ class Trajectory(Protocol):
 
     @property
     def past_positions(self) -> np.ndarray:
-        """(61, 2), a frame each, the present last."""
+        """(..., 61, 2), a frame each, the present last."""
+
+    def translate(self, shift: np.ndarray) -> None:
+        """Moves everything by (..., 2) metres."""
 
 
 class Controller(Protocol):

@@ -5,6 +5,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from demo.commands.bench import positive
 from demo.commands.replay import CHARACTER_HELP, GROUND_HELP, MAP_HELP, STYLIZER_HELP, VMC_HELP
 
 if TYPE_CHECKING:
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 HELP = "Steer a character and restyle it limb by limb; without a display, replay the bundled recording into out/."
 EXAMPLE = "patchwalk --ground stairs"
 OUT = Path("out")
+LARGEST_CROWD = 64
+CROWD_SECONDS = 10  # of a crowd that are stepped where there is no window
 SECONDS = 30  # of the bundled recording that are replayed where there is no window: a video takes twice as long
 FILES = {
     "poses": "poses.npz",
@@ -35,6 +38,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{CHARACTER_HELP}; kept for the next start; `figure` is the built-in one again",
     )
     parser.add_argument("--map", type=Path, metavar="FILE", help=f"{MAP_HELP}, of the character")
+    parser.add_argument(
+        "--crowd", type=crowd_size, metavar="N", help=f"N characters (2 to {LARGEST_CROWD}) who walk about"
+    )
+    parser.add_argument(
+        "--seconds",
+        type=positive(float),
+        metavar="S",
+        help="of a crowd: without a window, and say how long its frames take",
+    )
     parser.add_argument("--vmc", nargs="?", const="", metavar="HOST:PORT", help=f"{VMC_HELP}; off by default")
 
 
@@ -43,19 +55,26 @@ def run(args: argparse.Namespace) -> int:
     from demo.export import vmc
     from demo.render.window import NoDisplay, NoGL, has_display
     from demo.state.grounds import ground_of
-    from sim.ground.catalogue import load_ground
+    from sim.ground.catalogue import FLAT, load_ground
     from sim.io import recording
     from sim.motion.clip import FPS
 
     bundled = recording.read(assemble.BUNDLED_RECORDING)
     ground = args.ground if args.ground is not None else ground_of(bundled, assemble.BUNDLED_RECORDING.parent)
+    if args.crowd and args.ground is None:
+        ground = FLAT
+    if args.seconds and not args.crowd:
+        raise ValueError("--seconds goes with --crowd N; `patchwalk bench --seconds S` times a single character")
     load_ground(ground)  # first: a mistake in its name or its map is said before anything opens
     character = choose_character(args)
     stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
+    if args.seconds:
+        return time_crowd(args.crowd, args.seconds, args.stylizer, load_ground(ground))
     if has_display():
         from demo.live.live import run_live
         from demo.state import user_bindings
+        from demo.state.crowd import Crowd
         from demo.state.presets import Presets
 
         with warnings.catch_warnings(
@@ -66,17 +85,19 @@ def run(args: argparse.Namespace) -> int:
             session = assemble.build_session(args.stylizer)
         for warning in caught:
             warnings.warn(warning.message, stacklevel=1)
+        crowd = Crowd(session, args.crowd - 1) if args.crowd else None
         try:
             report = run_live(
                 session,
                 session.stylizer.styles,
-                attract=bundled,
+                attract=() if crowd else bundled,
                 bindings=bindings,
                 presets=presets,
                 stream=stream,
                 ground=ground,
                 notes=[str(warning.message) for warning in caught],
                 character=character,
+                crowd=crowd,
             )
         except (NoDisplay, NoGL) as error:
             reason = str(error)
@@ -84,6 +105,9 @@ def run(args: argparse.Namespace) -> int:
             for path in report.files:
                 print(f"wrote {path}")
             return 0
+    if args.crowd:
+        print(f"No window ({reason}): {CROWD_SECONDS} s of the crowd without one.")
+        return time_crowd(args.crowd, CROWD_SECONDS, args.stylizer, load_ground(ground))
     print("To steer it in a browser instead: patchwalk serve")
     print(f"No window ({reason}): replaying the first {SECONDS} s of the bundled recording into {OUT}/.")
     replay_bundled(OUT, bundled.first(SECONDS * FPS), stream, args.stylizer, load_ground(ground), character)
@@ -111,6 +135,37 @@ def choose_character(args: argparse.Namespace) -> "Character | None":
         warnings.warn(f"{args.character}: {note}", stacklevel=2)
     characters.keep(character, name_map)
     return character
+
+
+def crowd_size(text: str) -> int:
+    """What argparse makes of the size of a crowd."""
+    if not text.isdecimal() or not 2 <= int(text) <= LARGEST_CROWD:
+        raise argparse.ArgumentTypeError(f"'{text}' is no size of a crowd: give 2 to {LARGEST_CROWD}")
+    return int(text)
+
+
+def time_crowd(count: int, seconds: float, stylizer: str | None, ground: "Ground | None") -> int:
+    """Steps a crowd, its first member steered by the bundled recording, and says how long its frames took."""
+    import numpy as np
+
+    from demo import assemble
+    from demo.state.crowd import Crowd
+    from sim.io import recording
+    from sim.latency import BUDGET_MS, percentiles
+    from sim.motion.clip import FPS
+
+    session = assemble.build_session(stylizer, ground=ground)
+    crowd, times = Crowd(session, count - 1), []
+    commands = list(recording.read(assemble.BUNDLED_RECORDING))
+    for frame in range(max(1, round(seconds * FPS))):
+        crowd.step(session.step(commands[frame % len(commands)]).styled)
+        times.append(session.latency.last_ms("frame") + crowd.last_ms)
+    figures, missed = percentiles(np.array(times)), int(np.sum(np.array(times) > BUDGET_MS))
+    print(
+        f"{count} characters, {len(times)} frames: a frame took {figures['p50_ms']:.2f} ms at the median, "
+        f"{figures['p99_ms']:.2f} ms at the 99th percentile; {missed} took over {BUDGET_MS:.2f} ms"
+    )
+    return 0
 
 
 def replay_bundled(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from demo.figure.forms import BIND
-from demo.figure.skin import Model, own_model
+from demo.figure.skin import Model, crowd_model, own_model
 from sim.body.capsules import capsule_ends
 from sim.body.pose import Pose
 from sim.body.skeleton import JOINT_COUNT, PART_NAMES
@@ -40,10 +40,17 @@ def figure(
 
 
 def bones(pose: Pose, shift: np.ndarray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
-    """(84, 3) float32: for each joint the transform (4, 3) of row vectors from the bind pose to `pose` moved by
+    """(..., 84, 3) float32: for each joint the transform (4, 3) of row vectors from the bind pose to `pose` moved by
     `shift`."""
     turns = rot.multiply(pose.rotations, rot.inverse(BIND.rotations))
-    result = np.empty((JOINT_COUNT, 4, 3), np.float32)
-    result[:, :3] = rot.rotate(turns[:, None], np.eye(3))
-    result[:, 3] = pose.positions + shift - rot.rotate(turns, BIND.positions)
-    return result.reshape(-1, 3)
+    result = np.empty((*turns.shape[:-2], JOINT_COUNT, 4, 3), np.float32)
+    result[..., :3, :] = rot.rotate(turns[..., None, :], np.eye(3))
+    result[..., 3, :] = pose.positions + shift - rot.rotate(turns, BIND.positions)
+    return result.reshape(*turns.shape[:-2], -1, 3)
+
+
+def crowd_figures(poses: Pose, part_colours: np.ndarray, planes: np.ndarray) -> list[Figure]:
+    """Many bodies at once, in poses with a leading axis and colours (n, 5, 3), on planes (n, 3)."""
+    tints = np.ones((*part_colours.shape[:2], 4), np.float32)
+    tints[..., :3] = part_colours
+    return [Figure(*each, crowd_model()) for each in zip(bones(poses), tints, planes, capsule_ends(poses), strict=True)]

@@ -95,7 +95,7 @@ class Model:
     looked at closely; all three may be the same. With a picture, (height, width, 4) uint8, the six numbers of a corner
     are its display colour (1 for the picture's own) and its openness, and where in the picture it is, from its upper
     left corner; what has alpha 0 in the picture is cut out. limbs: (capsules, 2, 3) the ends of what keeps light from
-    the skin, in its bind pose, in the order of Figure.capsules; None: nothing does."""
+    the skin, in its bind pose, in the order of Figure.capsules; None: nothing does, and it is drawn as one of many."""
 
     fine: Skin
     medium: Skin
@@ -103,11 +103,23 @@ class Model:
     picture: np.ndarray | None = None
     limbs: np.ndarray | None = None
 
+    @property
+    def of_many(self) -> bool:
+        """Whether it keeps no light from itself, has no shadow but a disc, and edges as they come."""
+        return self.limbs is None
+
 
 @cache
 def own_model() -> Model:
     """The figure's own. Raises ValueError for a damaged file."""
     return Model(load_skin(FINE), load_skin(MEDIUM), load_skin(COARSE), limbs=capsule_ends(BIND))
+
+
+@cache
+def crowd_model() -> Model:
+    """The same for one of many, which cost little: its coarse skin. Raises ValueError for a damaged file."""
+    skin = load_skin(COARSE)
+    return Model(skin, skin, skin)
 
 
 @cache

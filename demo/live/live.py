@@ -13,7 +13,7 @@ import pygame
 from demo.export import export_jobs
 from demo.export.vmc import Sender
 from demo.figure.character_model import DrawnCharacter
-from demo.figure.colours import worn
+from demo.figure.colours import part_colours, worn
 from demo.input.devices import Devices, take_events
 from demo.live import actions, capture, overlay
 from demo.live.debug_overlay import DebugOverlay
@@ -26,6 +26,7 @@ from demo.render.renderer import Renderer
 from demo.render.view import View
 from demo.render.window import Window, open_window
 from demo.state.bindings import DEFAULT, Bindings
+from demo.state.crowd import Crowd
 from demo.state.grounds import Grounds
 from demo.state.presets import Presets
 from demo.state.style_choice import StyleChoice
@@ -48,6 +49,7 @@ MAX_CATCH_UP = 4  # simulated frames that one picture may make up for; a longer 
 TOAST_SECONDS = 4.0
 READING_SPEED = 20.0  # letters a second
 DISTANCE = 3.5  # metres from the figure to the camera, at first
+FARTHER = 1.5  # times that, where a crowd is to be seen
 FIGURES_SECONDS = 0.25  # how often the figures of the status line change
 ATTRACT_ORBIT = 0.12  # radians a second that the camera goes round while the window plays by itself
 
@@ -79,18 +81,22 @@ def run_live(
     ground: str | None = None,
     notes: Sequence[str] = (),
     character: Character | None = None,
+    crowd: Crowd | None = None,
 ) -> LiveReport:
     """Runs until the user leaves or `seconds` of simulated time are over, in `window` or one that it opens.
 
     styles: the names to choose from. attract: commands that are played, over and over, until somebody touches a
     control. stream: where each frame is sent as it is made. ground: its name, or its map's path. notes: sentences that
-    are shown at the start. character: who is steered in place of the figure. Raises NoDisplay or NoGL where no window
-    can be had, ValueError or OSError where that is no ground; what goes wrong later is shown on screen."""
+    are shown at the start. character: who is steered in place of the figure. crowd: who else walks about. Raises
+    NoDisplay or NoGL where no window can be had, ValueError or OSError where that is no ground; what goes wrong later
+    is shown on screen."""
     presets = presets or Presets()
     with window or open_window() as window:
         live = Live(
             session, styles, window, recorder_factory, clock, attract, bindings, presets, stream, ground, character
         )
+        if crowd:
+            live.join(crowd)
         for note in notes:
             live.say(note, ALERT)
         if stream:
@@ -143,6 +149,7 @@ class Live:
         self.offer_styles(styles)
         self.naming: tuple[str, str] | None = None  # a style of the user's, and its new name as far as it is typed
         self.to_remove = "", 0.0  # a style that is removed if that is asked again until then
+        self.crowd: Crowd | None = None  # who else walks about
         self.presets, self.preset = presets or Presets(), 0
         self.menu, self.hints, self.debug_overlay = Menu(bindings), Hints(bindings), DebugOverlay(session)
         self.seen = {"contacts"}  # of demo.live.actions.SEEN
@@ -226,6 +233,8 @@ class Live:
         recorder = self.recorder
         if recorder and not self.guard(lambda: recorder.write(command)):
             self.recorder = None
+        if self.crowd:
+            self.crowd.step(self.frame.styled)
         self.frames += 1
         self.takes.frames.append(self.frame)
         self.inset.step()
@@ -256,7 +265,8 @@ class Live:
         now = self.clock()
         self.toasts = [toast for toast in self.toasts if toast[0] > now]
         latency = self.session.latency
-        self.figures.tick(now, latency.last_ms("frame"), latency.last_ms("render"))
+        frame_ms = latency.last_ms("frame") + (self.crowd.last_ms if self.crowd else 0.0)
+        self.figures.tick(now, frame_ms, latency.last_ms("render"))
         with latency.stage("render"):
             overlay.look(self, now)
             self.paint()
@@ -288,6 +298,12 @@ class Live:
         """The character that is seen; None where it is the figure."""
         return self.view.character.character if self.view.character else None
 
+    def join(self, crowd: Crowd) -> None:
+        """Others walk about from now on."""
+        self.crowd = crowd
+        self.crowd_colours = np.array([part_colours(style) for style in crowd.styles])
+        self.view.camera.distance = DISTANCE * FARTHER
+
     def wake(self) -> None:
         """Somebody touched a control: the attract mode ends, and the character is theirs."""
         self.playing = None
@@ -298,6 +314,8 @@ class Live:
         self.takes.frames.clear()
         self.debug_overlay.forget()
         self.view.ground = self.session.ground
+        if self.crowd:
+            self.crowd.stand_on(self.session.ground)
         self.view.camera.jump(np.zeros(3), self.view.ground)
 
     def say(self, text: str, colour: Colour = INK) -> None:

@@ -24,6 +24,8 @@ def look(live: "Live", now: float) -> None:
     view.skeleton, view.contacts = "skeleton" in live.seen, "contacts" in live.seen
     view.paths = live.debug_overlay.paths() if "trajectory" in live.seen else None
     view.past = live.debug_overlay.past() if "onion" in live.seen else ()
+    if live.crowd and live.crowd.poses:
+        view.crowd = live.crowd.poses, live.crowd_colours
     view.panels = tuple(_panels(live))
     placed = layout.place(view.panels, size)
     live.inset_box = next((box for panel in placed if (box := panel.box_of(Hole))), None)

@@ -54,7 +54,7 @@ class Bodies:
             if drawn.occlusion:
                 near.shade(drawn.occlusion.at(coarse.corners, figure.capsules))
             self._posed.append((figure, near, coarse))
-        self._world_to_light = _world_to_light(figures, to_light)
+        self._world_to_light = _world_to_light([each for each in figures if not each.model.of_many], to_light)
         self._draw_light_map()
 
     def _drawn(self, model: Model) -> "_Drawn":
@@ -69,8 +69,9 @@ class Bodies:
         with _solid():
             GL.glDisable(GL.GL_BLEND)
             GL.glCullFace(GL.GL_FRONT)
-            for _, _, coarse in self._posed:
-                coarse.draw()
+            for figure, _, coarse in self._posed:
+                if not figure.model.of_many:
+                    coarse.draw()
             GL.glCullFace(GL.GL_BACK)
 
     def draw_shadow(self, **uniforms: Any) -> None:
@@ -78,6 +79,8 @@ class Bodies:
         GL.glEnable(GL.GL_BLEND)
         GL.glBlendEquation(GL.GL_MAX)
         for figure, _, coarse in self._posed:
+            if figure.model.of_many:
+                continue
             self._flat.use(plane=figure.plane, **uniforms)
             coarse.draw()
         GL.glBlendEquation(GL.GL_FUNC_ADD)
@@ -92,7 +95,8 @@ class Bodies:
                 front = mesh.front(uniforms["world_to_clip"])
                 self._use(figure, uniforms)
                 mesh.draw(front)
-                strips.append((figure, mesh, front))
+                if not figure.model.of_many:
+                    strips.append((figure, mesh, front))
             if smooth:
                 GL.glEnable(GL.GL_BLEND)
                 GL.glDepthMask(False)

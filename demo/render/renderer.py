@@ -106,6 +106,10 @@ class Renderer:
         if view.twin == "beside":
             shift, tints = view.twin_shift(frame), np.tile(colours.TWIN, (len(wanted), 1))
             figures.append(body.figure(frame.neutral, tints, shift, _plane(frame.neutral, view, shift)))
+        if view.crowd:
+            poses, tints = view.crowd
+            planes = np.array([tangent_plane(view.ground, place) for place in poses.root_position[:, [0, 2]]])
+            figures += body.crowd_figures(poses, tints, planes)
         return figures
 
 
@@ -118,6 +122,10 @@ def _marks(frame: Frame, view: View) -> np.ndarray:
     rows = ground_decals.shades(frame.styled, view.ground)
     if view.twin == "beside":
         rows += ground_decals.shades(frame.neutral, view.ground, view.twin_shift(frame))
+    if view.crowd:
+        poses, _ = view.crowd
+        for one in range(len(poses.hips)):
+            rows += ground_decals.shades(poses[one], view.ground)
     if view.contacts:
         rows += ground_decals.contacts(frame.styled)
     if view.arrow and view.paths is None:

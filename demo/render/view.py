@@ -46,6 +46,9 @@ class View:
     contacts: bool = True
     skeleton: bool = False
     paths: Paths | None = None
+    crowd: tuple[Pose, np.ndarray] | None = (
+        None  # others, poses with a leading axis, and their parts' colours (n, 5, 3)
+    )
     past: tuple[Pose, ...] = ()  # earlier poses drawn as ghosts, the oldest first
     glow: dict[str, float] = field(default_factory=dict)  # body part -> 0..1, brightened
     panels: tuple[Panel, ...] = ()

@@ -221,8 +221,9 @@ class StyleClips:
     def numbers_at(self, root_velocity: np.ndarray) -> np.ndarray:
         """The same as numbers (B, 5, N) of `pack`; a clip that counts alone is not copied. Not for a whole-body
         system."""
-        if len(self.gait.movements) == np.size(root_velocity) // 3 == 1:
-            return self._numbers
+        if len(self.gait.movements) == 1:
+            count = np.size(root_velocity) // 3
+            return np.broadcast_to(self._numbers, (count, *self._numbers.shape[1:])) if count > 1 else self._numbers
         weights = np.atleast_2d(self.gait.weights(root_velocity).astype(np.float32))
         counting = np.flatnonzero(weights.any(axis=0))
         if len(weights) == len(counting) == 1:

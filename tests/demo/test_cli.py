@@ -54,6 +54,13 @@ def folder(tmp_path, monkeypatch):
 MISTAKES = {
     "dance": "invalid choice: 'dance'",
     "--sideways": "--sideways",
+    "--crowd 1": "'1' is no size of a crowd: give 2 to 64",
+    "--crowd many": "'many' is no size of a crowd",
+    "--seconds 3": "--seconds goes with --crowd N",
+    "export": "required: onnx, OUT",
+    "export fbx out": "invalid choice: 'fbx'",
+    "export onnx out --ground flat": "'flat' is what the player walks on without a ground",
+    "export onnx out --ground moon": "unknown ground 'moon'",
     "replay": "required: REC",
     "replay good.jsonl --headles": "--headles",
     "replay nowhere.jsonl --headless": "nowhere.jsonl: No such file",

@@ -397,3 +397,19 @@ def test_rest_pose_feet_cast_shadows(screen):
     standing, flying = (picture(screen, Frame(Command(), p, p), view) for p in (pose, high))
     ground = slice(105, 125)
     assert standing[ground, 100:220].min() < flying[ground, 100:220].min() - 25
+
+
+def test_a_crowd_is_seen_in_its_colours_and_moves_nothing_else(screen):
+    """Two on either side of the character, one of them behind the camera."""
+    frame = frame_of()
+    pose = moved(frame.styled, np.zeros(3))
+    view, plain = view_of(frame), picture(screen, frame, view_of(frame)).astype(int)
+    beside = [1.2 * view.camera.right, -8.0 * view.camera.right]
+    poses = Pose.stacked([moved(pose, shift) for shift in beside])
+    red = np.tile([[0.9, 0.1, 0.1]], (2, 5, 1))
+    view.crowd = poses, red
+    changed = np.abs(picture(screen, frame, view).astype(int) - plain).max(-1) > 40
+    columns = np.flatnonzero(changed.any(axis=0))
+    assert changed.sum() > 200 and columns.min() > SIZE[0] // 2
+    image = picture(screen, frame, view)[changed].astype(int)
+    assert (image[:, 0] > image[:, 1] + 30).mean() > 0.4, "it is red"
