@@ -28,6 +28,8 @@ MAY_IMPORT = {  # room: what it may import besides itself and Python's library
         "PIL",
         "imageio_ffmpeg",
         "aiohttp",
+        "onnx",
+        "onnxruntime",
     },
     "patchwalk": {"sim", "controller", "stylizer"},
 }

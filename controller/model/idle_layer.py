@@ -20,7 +20,7 @@ LIVELIER = 1.45
 EASE_HALFLIFE = 0.4  # seconds, for the sway
 BEARING_HALFLIFE = 1.0  # seconds, for spine and arms to come to the captured bearing
 LEVEL = 0.01  # metres that the ground of an idle rises or falls at most
-NEGLIGIBLE = 1e-4  # a share this small is none
+NEGLIGIBLE = 1e-6  # a share this small is none
 ROWS = JOINT_COUNT + 1  # a rotation vector a joint, and last the hips' shift in metres; all in the root frame
 SHAPE = (1 + 2 * HARMONICS, ROWS, 3)  # the bearing, then cosine and sine amplitudes of the sway about it
 UPPER = np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine"))[1:]  # without the hips, which the legs stand under

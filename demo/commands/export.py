@@ -16,6 +16,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="stairs",
         help="the uneven ground that is written beside them for the player: hills, stairs, rough or a height map",
     )
+    parser.add_argument(
+        "--double",
+        action="store_true",
+        help="float64, for checking a port: engines take float32",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -31,6 +36,6 @@ def run(args: argparse.Namespace) -> int:
     from demo import assemble
     from demo.export import onnx_folder
 
-    for path in onnx_folder.write(args.folder, assemble.build_session(), ground):
+    for path in onnx_folder.write(args.folder, assemble.build_session(), ground, args.double):
         print(f"wrote {path}")
     return 0

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from demo.export import onnx_graphs, onnx_styles
-from demo.export.onnx_recorder import UNSET, Graph
+from demo.export import onnx_graphs, onnx_state, onnx_styles
+from demo.export.onnx_operators import UNSET
+from demo.export.onnx_recorder import Graph
 from sim.body.skeleton import BONE_OFFSETS, GROUPS, JOINTS, PARENTS, PART_NAMES, skeleton_hash
 from sim.command import GAIT_SPEEDS
 from sim.ground.ground import Ground
@@ -25,7 +26,7 @@ class Part(NamedTuple):
 
     name: str
     graph: Graph
-    state: onnx_graphs.State
+    state: onnx_state.State
     ground: str
     what: str
     outputs: list[str]
@@ -43,6 +44,7 @@ MEANINGS = {
     "advances": "how often the controller is to be run in this frame: 0, 1 or 2",
     "clock": "0..1 from the last pose of the controller but one to the last",
     "desired_velocity": "what the stick asks: world x and z, m/s, the stick times the gait's speed",
+    "around": "m, how high the blurred ground is at `around` of this file, x and z in m from the root",
     "heading": "where it is to face: world x and z, of any length; zeros for no wish",
     "crouch": "1 to crouch",
     "jump": "1 in the frame in which the jump is pressed",
@@ -66,29 +68,28 @@ MEANINGS = {
 }
 
 
-def write(folder: Path, session: Session, ground: Ground) -> list[Path]:
-    """Writes the models of a session, and a ground to try them on; the paths. Raises ValueError for a stylizer that
-    cannot be exported, OSError for a folder that cannot be written."""
+def write(folder: Path, session: Session, ground: Ground, double: bool = False) -> list[Path]:
+    """Writes the models of a session, in single or in double precision, and a ground to try them on; the paths. Raises
+    ValueError for a stylizer that cannot be exported, OSError for a folder that cannot be written."""
     table = onnx_styles.tabulate(session.stylizer)
     folder.mkdir(parents=True, exist_ok=True)
-    parts = _parts(session, table)
+    parts = _parts(session, table, double)
     paths = []
     for part in parts:
         model = part.graph.model(part.outputs, part.what)
         paths.append(_replace(folder / f"{part.name}.onnx", model.SerializeToString()))
         paths.append(_replace(folder / _state_file(part), _start(part).tobytes()))
     paths.append(_replace(folder / TABLE, (json.dumps(_about(session, table, parts), indent=1) + "\n").encode()))
-    with atomic_write(folder / GROUND) as temporary, open(temporary, "wb") as file:
-        np.savez_compressed(
-            file,
-            heights=ground.heights,
-            smooth_heights=ground.blurred,
-            cell=ground.cell,
-            tiled=ground.tiled,
-            name=ground.name,
-        )
+    write_ground(folder / GROUND, ground)
     shutil.copyfile(Path(__file__).with_name("onnx_player.py"), folder / PLAYER)
     return list(dict.fromkeys([*paths, folder / GROUND, folder / PLAYER]))
+
+
+def write_ground(path: Path, ground: Ground) -> None:
+    """Writes a ground as the player's HeightMap reads it."""
+    tables = {"heights": ground.heights, "smooth_heights": ground.blurred}
+    with atomic_write(path) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, cell=ground.cell, tiled=ground.tiled, **tables)  # type: ignore[arg-type]
 
 
 def _replace(path: Path, content: bytes) -> Path:
@@ -97,17 +98,17 @@ def _replace(path: Path, content: bytes) -> Path:
     return path
 
 
-def _parts(session: Session, table: onnx_styles.StyleTable) -> list[Part]:
+def _parts(session: Session, table: onnx_styles.StyleTable, double: bool) -> list[Part]:
     """All files: each graph whole, and for uneven ground also what of it says where the ground is to be looked at."""
     controller: Any = session.controller
     recorded = [
-        ("pace", onnx_graphs.record_pace(), "any"),
-        ("stylizer", onnx_graphs.record_stylizer(table), "any"),
+        ("pace", onnx_graphs.record_pace(double), "any"),
+        ("stylizer", onnx_graphs.record_stylizer(table, double), "any"),
         *(
             (name + suffix, record(uneven), ground)
             for name, record in (
-                ("controller", lambda uneven: onnx_graphs.record_controller(controller, uneven)),
-                ("feet", onnx_graphs.record_feet),
+                ("controller", lambda uneven: onnx_graphs.record_controller(controller, uneven, double)),
+                ("feet", lambda uneven: onnx_graphs.record_feet(uneven, double)),
             )
             for uneven, suffix, ground in ((False, "", "flat"), (True, "_uneven", "uneven"))
         ),
@@ -128,13 +129,13 @@ def _state_file(part: Part) -> str:
 
 
 def _start(part: Part) -> np.ndarray:
-    return np.nan_to_num(part.state.numbers, nan=UNSET).astype("<f4")
+    return np.nan_to_num(part.state.numbers, nan=UNSET).astype(part.graph.kinds["f"].newbyteorder("<"))
 
 
 def _about(session: Session, table: onnx_styles.StyleTable, parts: list[Part]) -> dict[str, Any]:
     """The contents of graphs.json."""
     bank = table.stylizer.bank
-    ends = np.cumsum([int(np.prod(shape)) for shape in onnx_graphs.POSE.values()])
+    ends = np.cumsum([int(np.prod(shape)) for shape in onnx_state.POSE.values()])
     return {
         "format": FORMAT,
         "made_from": {
@@ -142,12 +143,14 @@ def _about(session: Session, table: onnx_styles.StyleTable, parts: list[Part]) -
             "stylizer": bank.fingerprint,
             "skeleton": skeleton_hash(),
         },
+        "numbers": parts[0].graph.kinds["f"].name,
         "fps": FPS,
         "axes": "metres; +Y up, +Z forwards at yaw 0, +X to the character's left: right-handed; quaternions w, x, y, z",
         "unset": UNSET,
         "joints": JOINTS,
         "parents": PARENTS.tolist(),
         "bone_offsets": BONE_OFFSETS.tolist(),
+        "around": onnx_state.AROUND.tolist(),
         "parts": PART_NAMES,
         "groups": GROUPS,
         "gaits": GAIT_SPEEDS,
@@ -157,7 +160,7 @@ def _about(session: Session, table: onnx_styles.StyleTable, parts: list[Part]) -
         ],
         "pose": [
             {"name": name, "first": int(end - np.prod(shape)), "shape": shape}
-            for (name, shape), end in zip(onnx_graphs.POSE.items(), ends)
+            for (name, shape), end in zip(onnx_state.POSE.items(), ends)
         ],
         "order": [
             "pace",

@@ -1,13 +1,13 @@
-"""The graphs of one frame, recorded from the code that runs (demo.export.onnx_recorder): pace, controller, stylizer, feet.
+"""The graphs of one frame, recorded from the code that runs (demo.export.onnx_recorder): pace, controller, stylizer,
+feet.
 
 What one frame hands to the next is one flat input `state` and one flat output `next_state` of each graph. Places are
 told from the root's own, which the player adds up in double precision: so nothing loses precision far from the origin.
 """
 
 import copy
-from dataclasses import dataclass, fields
 from types import SimpleNamespace
-from typing import Any, Callable, NamedTuple, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -16,13 +16,13 @@ from controller.model.network import CONTROL_POINTS
 from controller.model.phase_table import PhaseTable
 from controller.runtime.controller import PhaseFunctionedController
 from controller.runtime.playback import CATCH_UP, Playback
-from demo.export.onnx_recorder import Graph, Recorded, recording
+from demo.export.onnx_recorder import recording
+from demo.export.onnx_state import POSE_SIZE, Ask, Kept, Made, State, flat_pose, moved_poses, over_floor, pose_of
 from demo.export.onnx_styles import StyleTable, record_styling
 from sim.body.kinematics import to_local
 from sim.body.pose import Pose
 from sim.command import Command
 from sim.feet.foot_lock import FootLock
-from sim.ground.ground import Ground
 from sim.hands.hand_clearance import HandClearance
 from sim.math.vectors import NOT_YET, before_or_now
 from sim.motion.clip import FPS
@@ -30,100 +30,8 @@ from sim.motion.feature_window import SPAN, RingBuffer
 from sim.motion.features import STRIDE
 from sim.motion.playback_pace import OWN_PACE, Pace, PaceFollower
 
-POSE = {"root_position": (3,), "root_facing": (), "hips": (3,), "rotations": (21, 4), "contacts": (4,), "phase": ()}
-POSE_SIZE = sum(int(np.prod(shape)) for shape in POSE.values())
-PLACES = {0, 2, 4, 6}  # the entries of a flat pose that are a place over the floor: root and hips, x and z
 MOST_ADVANCES = 2  # frames of the controller in one of the player's
 TURN = 2 * np.pi
-
-
-@dataclass(frozen=True)
-class Kept:
-    """One array of a graph's state: whose attribute it is, and what it holds."""
-
-    owner: Any
-    name: str
-    meaning: str
-
-
-class State:
-    """What a graph hands from frame to frame: the attributes of `kept`, one after the other."""
-
-    def __init__(self, kept: Sequence[Kept], step: Callable[[], object]) -> None:
-        """step: makes one frame as the program does, which shows the shapes; the state is as before it."""
-        self.kept = kept
-        before = copy.deepcopy([getattr(each.owner, each.name) for each in kept])
-        step()
-        self.initial, self.kinds = [], []
-        for each, value in zip(kept, before):
-            after = np.asarray(getattr(each.owner, each.name))
-            self.initial.append(np.broadcast_to(np.asarray(value, float), after.shape))
-            self.kinds.append(after.dtype.kind)
-
-    @property
-    def numbers(self) -> np.ndarray:
-        """All of them at the start; NaN for what is not yet there."""
-        return np.concatenate([value.ravel() for value in self.initial])
-
-    @property
-    def layout(self) -> list[dict[str, Any]]:
-        """Name, first entry, shape and meaning of each array."""
-        ends = np.cumsum([value.size for value in self.initial])
-        return [
-            {"name": each.name.strip("_"), "first": int(end - value.size), "shape": value.shape, "what": each.meaning}
-            for each, value, end in zip(self.kept, self.initial, ends)
-        ]
-
-    def read(self, graph: Graph) -> None:
-        """Sets every attribute to its part of the graph's input."""
-        numbers, end = graph.input("state", self.numbers), 0
-        for each, value, kind in zip(self.kept, self.initial, self.kinds):
-            start, end = end, end + value.size
-            part = numbers[start:end].reshape(value.shape).copy()
-            setattr(each.owner, each.name, part.astype("b") if kind == "b" else part)
-
-    def write(self, graph: Graph) -> None:
-        """Makes the graph's output of them."""
-        parts = [getattr(each.owner, each.name) for each in self.kept]
-        flat = [part.astype("f").ravel() for part in parts]
-        graph.output("next_state", np.concatenate(flat))
-
-
-class Made(NamedTuple):
-    """A graph, what it hands from frame to frame, and what it does."""
-
-    graph: Graph
-    state: State
-    what: str
-
-
-class Ask:
-    """Ground that the player knows and the graph asks for: places are outputs of the graph, heights its inputs."""
-
-    slope_at = Ground.slope_at
-
-    def __init__(self, graph: Graph, asked: int) -> None:
-        """asked: how often the blurred ground is asked for; after that it is 0, and the player adds it."""
-        self.graph, self.left = graph, asked
-        self.places: dict[str, list[Recorded]] = {"heights": [], "smooth_heights": []}
-
-    def __deepcopy__(self, memo: dict[int, object]) -> "Ask":
-        return self
-
-    def height_at(self, places: Recorded) -> Recorded:
-        return self._asked("heights", places)
-
-    def smooth_height_at(self, places: Recorded) -> Any:
-        if not self.left:
-            return 0.0
-        self.left -= 1
-        return self._asked("smooth_heights", places)
-
-    def _asked(self, kind: str, places: Recorded) -> Recorded:
-        name = f"{kind}_{len(self.places[kind])}"
-        self.places[kind].append(places)
-        self.graph.output(f"places_of_{name}", places)
-        return self.graph.input(name, np.zeros(places.shape[:-1]))
 
 
 class _Network:
@@ -131,9 +39,10 @@ class _Network:
 
     def __init__(self, table: PhaseTable) -> None:
         self.table = table
+        layers: Any = table.network.layers
         self.layers = [
             (layer.weight.detach().numpy().T, layer.bias.detach().numpy())  # (inputs, 4 outputs)
-            for layer in table.network.layers
+            for layer in layers
         ]
 
     def __call__(self, x: Any, phase: Any) -> Any:
@@ -151,35 +60,7 @@ class _Network:
         return h * table.output_deviation + table.output_mean
 
 
-def flat_pose(pose: Pose) -> Any:
-    """(POSE_SIZE,) all numbers of a pose."""
-    return np.concatenate([np.asarray(getattr(pose, field.name)).reshape(-1) for field in fields(Pose)])
-
-
-def pose_of(numbers: Any) -> Pose:
-    """The inverse of `flat_pose`."""
-    parts, end = {}, 0
-    for name, shape in POSE.items():
-        start, end = end, end + int(np.prod(shape))
-        parts[name] = numbers[start:end].reshape(shape)
-    return Pose(**parts)
-
-
-def _moved(numbers: Any, moved: Any) -> Any:
-    """Flat poses (..., POSE_SIZE), told from a root that has moved by (2,) since."""
-    shift = np.zeros((POSE_SIZE,))
-    shift[0], shift[2], shift[4], shift[6] = moved[0], moved[1], moved[0], moved[1]
-    return numbers - shift
-
-
-def _over_floor(moved: Any) -> Any:
-    """(3,) of a way over the floor (2,)."""
-    result = np.zeros((3,))
-    result[0], result[2] = moved[0], moved[1]
-    return result
-
-
-def record_pace() -> Made:
+def record_pace(double: bool) -> Made:
     """How fast the controller is to go and how many of its frames are due."""
     follower, playback = PaceFollower(), Playback()
     state = State(
@@ -190,7 +71,7 @@ def record_pace() -> Made:
         ],
         lambda: follower.step(1.0, 1.0),
     )
-    with recording() as graph:
+    with recording(double) as graph:
         paces, gait = graph.input("paces", np.ones((3, 2))), graph.input("gait", 0.0)
         follow, stride = graph.input("follow", 0.0), graph.input("stride", 1.0)
         state.read(graph)
@@ -210,7 +91,7 @@ def record_pace() -> Made:
     return Made(graph, state, record_pace.__doc__ or "")
 
 
-def record_controller(controller: PhaseFunctionedController, uneven: bool) -> Made:
+def record_controller(controller: PhaseFunctionedController, uneven: bool, double: bool) -> Made:
     """One frame of the controller: the command becomes the next neutral pose."""
     one = copy.copy(controller)
     one.ground = None
@@ -244,7 +125,7 @@ def record_controller(controller: PhaseFunctionedController, uneven: bool) -> Ma
         ],
         step,
     )
-    with recording() as graph:
+    with recording(double) as graph:
         command = SimpleNamespace(
             desired_velocity=graph.input("desired_velocity", np.zeros(2)),
             heading=graph.input("heading", np.zeros(2)),
@@ -254,16 +135,15 @@ def record_controller(controller: PhaseFunctionedController, uneven: bool) -> Ma
         pace = Pace(*graph.input("pace", np.ones(3)))
         one.network = _Network(controller.network)  # type: ignore[assignment]
         state.read(graph)
-        # asked for: the slope and the height under the root, and the heights along its way
-        way.ground = Ask(graph, 3) if uneven else None  # type: ignore[assignment]
+        way.ground = Ask(graph) if uneven else None  # type: ignore[assignment]
         way.position, way.desired = np.zeros((2,)), np.zeros(way.predicted.shape)
         pose = flat_pose(one._advance(command, pace))  # type: ignore[arg-type]
         moved = way.position
         way.translate(-1.0 * moved)
         _wrap(way)
         one.idle.frame = one.idle.frame % (IDLE_SECONDS * FPS)
-        pose = _moved(pose, moved)
-        before = before_or_now(_moved(memory.poses, moved), pose)
+        pose = moved_poses(pose, moved)
+        before = before_or_now(moved_poses(memory.poses, moved), pose)
         memory.poses = np.stack([before[1], before[2], pose])
         graph.output("moved", moved)
         graph.output("poses", memory.poses)
@@ -280,10 +160,10 @@ def _wrap(way: Any) -> None:
         facings -= shift
 
 
-def record_stylizer(table: StyleTable) -> Made:
+def record_stylizer(table: StyleTable, double: bool) -> Made:
     """The newest neutral pose and that pose restyled."""
     history = RingBuffer()
-    memory = SimpleNamespace(features=NOT_YET, poses=NOT_YET)
+    memory = SimpleNamespace(features=NOT_YET, poses=NOT_YET)  # of the frames before
     styling = record_styling(table)
 
     def step() -> None:
@@ -298,7 +178,7 @@ def record_stylizer(table: StyleTable) -> Made:
         ],
         step,
     )
-    with recording() as graph:
+    with recording(double) as graph:
         poses, clock = graph.input("poses", np.zeros((3, POSE_SIZE))), graph.input("clock", 1.0)
         heights, moved = graph.input("root_heights", np.zeros(3)), graph.input("moved", np.zeros(2))
         pace, request = Pace(*graph.input("pace", np.ones(3))), graph.input("request", np.full((5, 4), -1.0))
@@ -307,10 +187,10 @@ def record_stylizer(table: StyleTable) -> Made:
         for y in (1, 5):
             raised[:, y] = raised[:, y] + heights
         playback = Playback()
-        playback.clock, playback._poses = clock, [pose_of(pose) for pose in raised]
+        playback.clock, playback._poses = clock, [pose_of(pose) for pose in raised]  # type: ignore[assignment]
         neutral = playback.pose()
         flat = flat_pose(neutral)
-        before = before_or_now(_moved(memory.poses, moved), flat)
+        before = before_or_now(moved_poses(memory.poses, moved), flat)
         history._poses.extend(pose_of(pose) for pose in before)
         history._features.extend(memory.features)
         history.push(neutral, pace)
@@ -328,9 +208,9 @@ def record_stylizer(table: StyleTable) -> Made:
     return Made(graph, state, record_stylizer.__doc__ or "")
 
 
-def record_feet(uneven: bool) -> Made:
-    """The styled pose with its feet in order: what is drawn."""
-    lock, hands = FootLock(), HandClearance()
+def record_feet(uneven: bool, double: bool) -> Made:
+    """The styled pose with its feet and its hands in order: what is drawn."""
+    lock, clearance = FootLock(), HandClearance()
     slip, settling, attitude, stride = lock.slip, lock.settling, lock.attitude, lock.stride
     standing = Pose(np.zeros(3), 0.0, np.array([0, 1.0, 0]), np.tile([1.0, 0, 0, 0], (21, 1)), np.ones(4), 0.0)
     state = State(
@@ -356,27 +236,28 @@ def record_feet(uneven: bool) -> Made:
             Kept(stride, "_velocity", "of the root, m/s, in its own frame"),
             Kept(stride, "_mean", "styled and neutral feet along the way, on the average, m"),
             Kept(stride, "_products", "of their swings, square metres"),
-            Kept(hands, "held", "what each hand is held out of the body, m"),
-            Kept(hands, "way", "the same as it is drawn, m"),
-            Kept(hands, "rate", "m/s"),
+            Kept(clearance, "held", "what each hand is held out of the body, m"),
+            Kept(clearance, "way", "the same as it is drawn, m"),
+            Kept(clearance, "rate", "how fast that changes, m/s"),
         ],
-        lambda: hands.step(lock.step(standing, standing)),
+        lambda: clearance.step(lock.step(standing, standing)),
     )
-    with recording() as graph:
+    with recording(double) as graph:
         neutral, styled = (pose_of(graph.input(name, flat_pose(standing))) for name in ("neutral", "styled"))
-        legs, moved = graph.input("legs", np.zeros(2)), graph.input("moved", np.zeros(2))
-        follow = graph.input("follow", 0.0) > 0.5
+        legs: Any = graph.input("legs", np.zeros(2))
+        moved = graph.input("moved", np.zeros(2))
+        follow: Any = graph.input("follow", 0.0) > 0.5
         state.read(graph)
-        lock.joints, stride._before = (each - _over_floor(moved) for each in (lock.joints, stride._before))
-        lock.ground = Ask(graph, 0) if uneven else None  # type: ignore[assignment]
-        pose = hands.step(lock.step(styled, neutral, legs, follow))
+        lock.joints, stride._before = (each - over_floor(moved) for each in (lock.joints, stride._before))
+        lock.ground = Ask(graph) if uneven else None  # type: ignore[assignment]
+        pose = clearance.step(lock.step(styled, neutral, legs, follow))
         graph.output("positions", pose.positions)
         graph.output("rotations", pose.rotations)
         graph.output("local_rotations", to_local(pose.rotations))
         graph.output("root_position", pose.root_position)
-        graph.output("root_facing", pose.root_facing)
+        graph.output("root_facing", np.asarray(pose.root_facing))
         graph.output("contacts", pose.contacts)
-        graph.output("phase", pose.phase)
+        graph.output("phase", np.asarray(pose.phase))
         graph.output("stride", stride.scale)
         state.write(graph)
     return Made(graph, state, record_feet.__doc__ or "")

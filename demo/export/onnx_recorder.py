@@ -1,160 +1,40 @@
 """Records what numpy code computes as an ONNX graph, so that what is exported is the very code that runs.
 
-`Recorded` stands in for an array. What numpy is asked to do with it is done with an example's numbers, which say shapes,
-and written down as a node. Arrays are changed in place and seen in part, ONNX values are not: so an array is a `_Store`
-of values (pieces) and, for each of its numbers, the place in them where it comes from; only when an operation reads it
-are the pieces put together. A branch that hangs on numbers takes its general side: `any` is taken for true, all else for
-false."""
+`Recorded` stands in for an array. What numpy is asked to do with it is done with an example's numbers, which say
+shapes, and written down as a node. Arrays are changed in place and seen in part, ONNX values are not: so an array is a
+`_Store` of values (pieces) and, for each of its numbers, the place in them where it comes from; only when an operation
+reads it are the pieces put together. A branch that hangs on numbers takes its general side: `any` is taken for true,
+all else for false."""
 
-import math
 import sys
 from contextlib import contextmanager
 from typing import Any, Callable, Iterator, Sequence
 
 import numpy as np
 
-OPSET, IR_VERSION = 15, 8  # what the engines' own runtimes read
-KINDS = {"f": np.dtype(np.float32), "i": np.dtype(np.int64), "b": np.dtype(bool)}
-UNSET = 1e9  # stands for NaN, which some GPUs do not tell from a number; nothing that is computed comes near to it
+from demo.export import onnx_nodes, onnx_operators
+from demo.export.onnx_nodes import KINDS, Nodes
+from demo.export.onnx_operators import COMPOSED, OF_INTEGERS, OPERATORS, UNSET
+
 ROOMS = ("sim", "controller", "stylizer", "demo")
-
-# numpy's name -> ONNX operator, and the kind of numbers that it takes: None for the widest of its arguments'.
-_OPERATORS: dict[str, tuple[str, str | None]] = {
-    **{
-        name: (operator, "f")
-        for name, operator in {
-            "divide": "Div",
-            "sqrt": "Sqrt",
-            "exp": "Exp",
-            "log": "Log",
-            "sin": "Sin",
-            "cos": "Cos",
-            "arccos": "Acos",
-            "arctan": "Atan",
-            "floor": "Floor",
-            "matmul": "MatMul",
-            "maximum": "Max",
-            "minimum": "Min",
-            "less": "Less",
-            "less_equal": "LessOrEqual",
-            "greater": "Greater",
-            "greater_equal": "GreaterOrEqual",
-            "equal": "Equal",
-            "add": "Add",
-            "subtract": "Sub",
-            "multiply": "Mul",
-            "absolute": "Abs",
-            "negative": "Neg",
-        }.items()
-    },
-    **{name: (operator, "b") for name, operator in {"bitwise_and": "And", "bitwise_or": "Or", "invert": "Not"}.items()},
-}
-_OF_INTEGERS = {"add", "subtract", "multiply"}
+OWN_MODULES = (__name__, onnx_nodes.__name__, onnx_operators.__name__)  # which keep numpy as it is
 
 
-def _arctan2(y: Any, x: Any) -> Any:
-    small, large = np.minimum(np.abs(y), np.abs(x)), np.maximum(np.abs(y), np.abs(x))
-    angle = np.arctan(small / np.maximum(large, 1e-30))
-    angle = np.where(np.abs(y) > np.abs(x), math.pi / 2 - angle, angle)
-    angle = np.where(x < 0, math.pi - angle, angle)
-    return np.where(y < 0, -angle, angle)
-
-
-def _power(x: Any, exponent: float) -> Any:
-    if exponent not in (2, 3):
-        raise NotImplementedError(f"the power {exponent}")
-    return x * x if exponent == 2 else x * x * x
-
-
-# What ONNX has no operator for.
-_COMPOSED: dict[str, Callable[..., Any]] = {
-    "square": lambda x: x * x,
-    "power": _power,
-    "hypot": lambda a, b: np.sqrt(a * a + b * b),
-    "arctan2": _arctan2,
-    "remainder": lambda a, b: a - b * np.floor(a / b),
-    "copysign": lambda a, b: np.where(b < 0, -np.abs(a), np.abs(a)),
-    "logaddexp": lambda a, b: np.maximum(a, b) + np.log(1 + np.exp(-np.abs(a - b))),
-    "log1p": lambda x: np.log(1 + x),
-    "expm1": lambda x: np.exp(x) - 1,
-    "vecdot": lambda a, b, axis=-1: (a * b).sum(axis=axis),
-    "not_equal": lambda a, b: ~(a == b),
-    "isnan": lambda x: x > UNSET / 2,
-}
-
-
-class Graph:
-    """An ONNX graph that grows node by node."""
-
-    def __init__(self) -> None:
-        self.nodes: list[Any] = []
-        self.inputs: dict[str, np.ndarray] = {}  # name -> example
-        self.outputs: dict[str, str] = {}  # name -> the value that it is
-        self.shapes: dict[str, tuple[int, ...]] = {}  # of outputs
-        self.constants: dict[tuple, tuple[str, np.ndarray]] = {}
-        self._known: dict[tuple, str] = {}  # nodes that give what is asked for once more
+class Graph(Nodes):
+    """A graph that arrays are recorded in."""
 
     def input(self, name: str, example: "np.ndarray | float | Recorded") -> "Recorded":
-        """An input of float32; NaN in the example is UNSET."""
+        """An input of numbers; NaN in the example is UNSET."""
         numbers = example.value if isinstance(example, Recorded) else np.asarray(example, float)
         value = np.nan_to_num(numbers, nan=UNSET)
-        self.inputs[name] = value.astype(np.float32)
+        self.inputs[name] = value.astype(self.kinds["f"])
         return _whole(self, name, value)
 
     def output(self, name: str, values: "Recorded | np.ndarray") -> None:
-        """Names a result, as float32."""
+        """Names a result, as numbers."""
         array = _recorded(self, values)
         self.shapes[name] = array.shape
         self.outputs[name] = array.read("f")
-
-    def constant(self, value: np.ndarray) -> str:
-        """The name of a value that is always the same."""
-        key = (value.shape, value.dtype.str, value.tobytes())
-        return self.constants.setdefault(key, (f"c{len(self.constants)}", value))[0]
-
-    def node(self, operator: str, inputs: Sequence[str], **attributes: Any) -> str:
-        """The name of what an operator makes of values."""
-        from onnx import helper
-
-        key = operator, *inputs, *sorted((name, str(value)) for name, value in attributes.items())
-        if key not in self._known:
-            self._known[key] = f"v{len(self.nodes)}"
-            self.nodes.append(helper.make_node(operator, list(inputs), [self._known[key]], **attributes))
-        return self._known[key]
-
-    def needed(self, outputs: Sequence[str]) -> dict[str, tuple[int, ...]]:
-        """The shapes of the inputs that these outputs hang on."""
-        reached, _ = self._reached(outputs)
-        return {name: example.shape for name, example in self.inputs.items() if name in reached}
-
-    def _reached(self, outputs: Sequence[str]) -> tuple[set[str], list[Any]]:
-        """The names of all values, and the nodes, that make these outputs."""
-        names, nodes = {self.outputs[name] for name in outputs}, []
-        for node in reversed(self.nodes):
-            if node.output[0] in names:
-                nodes.append(node)
-                names.update(node.input)
-        return names, nodes[::-1]
-
-    def model(self, outputs: Sequence[str], description: str) -> Any:
-        """The part of the graph that makes these outputs, as an onnx.ModelProto."""
-        import onnx
-        from onnx import helper, numpy_helper
-
-        needed, kept = self._reached(outputs)
-        kept = kept + [helper.make_node("Identity", [self.outputs[name]], [name]) for name in outputs]
-        graph = helper.make_graph(
-            kept,
-            "patchwalk",
-            [helper.make_tensor_value_info(name, 1, shape) for name, shape in self.needed(outputs).items()],
-            [helper.make_tensor_value_info(name, 1, self.shapes[name]) for name in outputs],
-            [numpy_helper.from_array(value, name) for name, value in self.constants.values() if name in needed],
-            doc_string=description,
-        )
-        model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], producer_name="patchwalk")
-        model.ir_version = IR_VERSION
-        onnx.checker.check_model(model)
-        return model
 
 
 class _Store:
@@ -196,14 +76,14 @@ class Recorded(np.lib.mixins.NDArrayOperatorsMixin):
         names = [store.pieces[one][0] for one in used]
         name = names[0]
         if len(names) > 1:
-            name = graph.node("Concat", [_reshape(graph, each, (-1,)) for each in names], axis=0)
+            name = graph.node("Concat", [graph.reshape(each, (-1,)) for each in names], axis=0)
         if np.array_equal(places, np.arange(sizes[used].sum())):
-            name = _reshape(graph, name, self.shape)
+            name = graph.reshape(name, self.shape)
         else:
             name = graph.node(
-                "Gather", [_reshape(graph, name, (-1,)), graph.constant(places.reshape(self.shape))], axis=0
+                "Gather", [graph.reshape(name, (-1,)), graph.constant(places.reshape(self.shape))], axis=0
             )
-        return _cast(graph, name, store.kind, kind or store.kind)
+        return graph.cast(name, store.kind, kind or store.kind)
 
     # ---- parts and shapes: nothing is computed ----
 
@@ -293,8 +173,7 @@ class Recorded(np.lib.mixins.NDArrayOperatorsMixin):
         return _FUNCTIONS[function.__name__](self.store.graph, *args, **options)
 
     def _reduced(self, operator: str, name: str, axis: Any, keepdims: bool, kind: str) -> "Recorded":
-        axes = range(self.ndim) if axis is None else np.atleast_1d(axis)
-        axes = [int(one) % self.ndim for one in axes]
+        axes = [int(one) % self.ndim for one in (range(self.ndim) if axis is None else np.atleast_1d(axis))]
         value = getattr(self.value, name)(axis=tuple(axes), keepdims=keepdims)
         if not axes:
             return self
@@ -303,7 +182,7 @@ class Recorded(np.lib.mixins.NDArrayOperatorsMixin):
             made = graph.node(operator, [operand, graph.constant(np.array(axes))], keepdims=int(keepdims))
         else:
             made = graph.node(operator, [operand], axes=axes, keepdims=int(keepdims))
-        return _whole(graph, _cast(graph, made, "f", kind), np.asarray(value), kind)
+        return _whole(graph, graph.cast(made, "f", kind), np.asarray(value), kind)
 
     def sum(self, axis: Any = None, keepdims: bool = False) -> "Recorded":
         return self._reduced("ReduceSum", "sum", axis, keepdims, "f")
@@ -353,7 +232,7 @@ def _recorded(graph: Graph, values: Any) -> Recorded:
         return result
     value = np.asarray(values)
     kind = "i" if value.dtype.kind == "u" else value.dtype.kind
-    return _whole(graph, graph.constant(value.astype(KINDS[kind])), value, kind)
+    return _whole(graph, graph.constant(value.astype(graph.kinds[kind])), value, kind)
 
 
 def _holds_recorded(value: Any) -> bool:
@@ -364,28 +243,28 @@ def _filled(graph: Graph, shape: Any, value: Any, kind: str) -> Recorded:
     return _recorded(graph, np.full(shape, value, KINDS[kind]))
 
 
-def _reshape(graph: Graph, name: str, shape: tuple[int, ...]) -> str:
-    return graph.node("Reshape", [name, graph.constant(np.array(shape, np.int64))])
-
-
-def _cast(graph: Graph, name: str, kind: str, wanted: str) -> str:
-    from onnx import helper
-
-    return name if kind == wanted else graph.node("Cast", [name], to=helper.np_dtype_to_tensor_dtype(KINDS[wanted]))
-
-
 def _apply(graph: Graph, ufunc: np.ufunc, inputs: Sequence[Any], options: dict) -> Any:
     name = ufunc.__name__
-    if name in _COMPOSED:
-        return _COMPOSED[name](*inputs, **options)
-    operator, kind = _OPERATORS[name]
+    if name in COMPOSED:
+        return COMPOSED[name](*inputs, **options)
+    if name == "arctan" and graph.kinds["f"] == np.float64:
+        return _arctan_in_double(graph, *inputs)
+    operator, kind = OPERATORS[name]
     arrays = [_recorded(graph, each) for each in inputs]
-    if name in _OF_INTEGERS and all(array.kind == "i" for array in arrays):
+    if name in OF_INTEGERS and all(array.kind == "i" for array in arrays):
         kind = "i"
     value = ufunc(*(array.value.astype(KINDS[kind]) if kind == "b" else array.value for array in arrays))
     made = graph.node(operator, [array.read(kind) for array in arrays])
     result = "b" if value.dtype.kind == "b" else kind
     return _whole(graph, made, np.asarray(value), result)
+
+
+def _arctan_in_double(graph: Graph, x: Recorded) -> Any:
+    """onnxruntime has none: the one of float32, and a step of Newton's method."""
+    known = graph.node("Atan", [graph.node("Cast", [x.read("f")], to=1)])
+    angle = _whole(graph, graph.node("Cast", [known], to=11), np.arctan(x.value))
+    sine, cosine = np.sin(angle), np.cos(angle)
+    return angle + (x * cosine - sine) / (cosine + x * sine)
 
 
 def _where(graph: Graph, condition: Any, one: Any, other: Any) -> Recorded:
@@ -471,18 +350,20 @@ class _Numpy:
 
 
 @contextmanager
-def recording() -> Iterator[Graph]:
-    """A graph that the modules of ROOMS write into while the block runs, with the arrays that it gives as inputs."""
-    graph = Graph()
+def recording(double: bool = False) -> Iterator[Graph]:
+    """A graph that the modules of ROOMS write into while the block runs, with the arrays that it gives as inputs;
+    double: of float64."""
+    graph = Graph(double)
     modules = [
         module
         for name, module in sys.modules.items()
-        if name.split(".")[0] in ROOMS and name != __name__ and getattr(module, "np", None) is np
+        if name.split(".")[0] in ROOMS and name not in OWN_MODULES and getattr(module, "np", None) is np
     ]
     for module in modules:
         module.np = _Numpy(graph)  # type: ignore[attr-defined]
     try:
-        yield graph
+        with np.errstate(all="ignore"):  # examples need not make sense
+            yield graph
     finally:
         for module in modules:
             module.np = np  # type: ignore[attr-defined]

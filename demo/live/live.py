@@ -49,7 +49,7 @@ MAX_CATCH_UP = 4  # simulated frames that one picture may make up for; a longer 
 TOAST_SECONDS = 4.0
 READING_SPEED = 20.0  # letters a second
 DISTANCE = 3.5  # metres from the figure to the camera, at first
-FARTHER = 1.5  # times that, where a crowd is to be seen
+FARTHER = 4  # notches that the camera goes away where a crowd is to be seen
 FIGURES_SECONDS = 0.25  # how often the figures of the status line change
 ATTRACT_ORBIT = 0.12  # radians a second that the camera goes round while the window plays by itself
 
@@ -302,7 +302,7 @@ class Live:
         """Others walk about from now on."""
         self.crowd = crowd
         self.crowd_colours = np.array([part_colours(style) for style in crowd.styles])
-        self.view.camera.distance = DISTANCE * FARTHER
+        self.view.camera.zoom(-FARTHER)
 
     def wake(self) -> None:
         """Somebody touched a control: the attract mode ends, and the character is theirs."""

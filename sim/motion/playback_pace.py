@@ -9,6 +9,7 @@ from sim.math.springs import spring_step
 from sim.motion.clip import FPS
 
 HALFLIFE = 0.25  # seconds in which half of the way to another pace is gone
+ARRIVED = 1e-4  # a pace that is as near to the one that is asked is there, much sooner than rounding would decide
 
 
 class Pace(NamedTuple):
@@ -42,6 +43,6 @@ class PaceFollower:
         wanted[..., 0], wanted[..., 1] = speed, rate
         self.pace, self.change = spring_step(self.pace, self.change, wanted, HALFLIFE, 1 / FPS)
         # exactly there: a replay without styles is the controller's to the last bit
-        there = np.abs(self.pace - wanted).max(axis=-1, keepdims=True) < 1e-6
+        there = np.abs(self.pace - wanted).max(axis=-1, keepdims=True) < ARRIVED
         self.pace, self.change = np.where(there, wanted, self.pace), np.where(there, 0.0, self.change)
         return self.pace[..., 0], self.pace[..., 1]
