@@ -22,6 +22,7 @@ from demo.live.labels import Labels
 from demo.live.load import Load
 from demo.render.camera import Camera
 from demo.render.inset import Inset
+from demo.render.quality import QUALITIES
 from demo.render.renderer import Renderer
 from demo.render.view import View
 from demo.render.window import Window, open_window
@@ -160,7 +161,7 @@ class Live:
         # the next command of the attract mode, None once somebody took over
         self.playing = self._attract[0] if self._attract else None
         self.renderer = Renderer(window.size)
-        self.load = Load(len(self.renderer.qualities) - 1)
+        self.load = Load(len(QUALITIES) - 1)
         self.recorder: Recorder | None = None
         self.takes = export_jobs.ExportJobs()
         self.stylizers = Stylizers(session)

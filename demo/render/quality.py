@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Quality:
-    """shrink: pixels of the window to one of the scene, each way; smooth: several samples a pixel, where graphics
-    hardware draws; shadows: those that figures throw on the ground."""
+    """shrink: pixels of the window to one of the scene, each way; smooth: outlines, by several samples a pixel where
+    graphics hardware draws; shadows: those that figures throw on the ground."""
 
     shrink: int = 1
     smooth: bool = True

@@ -1,7 +1,5 @@
 """The renderer: one picture from one frame, drawn into the bound framebuffer; window, tests and video share it."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from demo.figure import body, colours
@@ -39,9 +37,7 @@ class Renderer:
         plain = gl.is_software() or supersample > 1
         self._supersample = supersample
         self._samples = (0 if plain else HARDWARE_SAMPLES) if samples is None else samples
-        possible = QUALITIES if self._samples else [replace(quality, smooth=False) for quality in QUALITIES]
-        self.qualities = tuple(dict.fromkeys(possible))  # the best one first
-        self._quality = self.qualities[0]
+        self._quality = QUALITIES[0]
         self._colours: np.ndarray | None = None
         self._make_scene(size)
 
@@ -51,8 +47,8 @@ class Renderer:
         self._make_scene(size)
 
     def simplify(self, level: int) -> None:
-        """Draws in the quality that is so many steps below the best one."""
-        self._quality = self.qualities[level]
+        """Draws in the quality of demo.render.quality.QUALITIES that is so many steps below the best one."""
+        self._quality = QUALITIES[level]
         self.resize(self.size)
 
     def _make_scene(self, size: tuple[int, int]) -> None:
@@ -86,7 +82,7 @@ class Renderer:
             ground.shade(shadow, area, world_to_clip)
         ground.mark(_marks(frame, view), world_to_clip)
         seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "half_size": half_size}
-        self._bodies.draw(smooth=not self._samples, to_light=TO_LIGHT, **seen)
+        self._bodies.draw(smooth=self._quality.smooth and not self._samples, to_light=TO_LIGHT, **seen)
         self._bodies.draw_ghosts(_ghosts(frame, view), **seen)
         self._lines.draw(_lines(frame, view, size), world_to_clip=world_to_clip, half_size=half_size)
 

@@ -9,6 +9,7 @@ import pytest
 
 from demo.live import capture, overlay
 from demo.live.live import FRAME_SECONDS, MAX_CATCH_UP, Live, run_live
+from demo.render.quality import QUALITIES
 from demo.state.stylizers import Stylizers
 from demo.ui import panels
 from sim.command import Command
@@ -337,10 +338,10 @@ def test_slow_pictures_are_made_simpler_and_slow_motion_is_said(screen):
     assert live.renderer._quality != best and not live.load.slow, "before the world is slow"
     live.playing = None
     live.run(8.0, clock.sleep)
-    assert live.load.level == len(live.renderer.qualities) - 1 and live.missed > 0
+    assert live.load.level == len(QUALITIES) - 1 and live.missed > 0
     live.window.size = (1280, 720)  # where there is room for the line
     overlay.look(live, clock())
     shown = [
         cell.text for panel in live.view.panels for widget in panel.widgets for cell in getattr(widget, "cells", ())
     ]
-    assert "slow motion: drawing takes 100 ms" in shown
+    assert any(text.startswith("slow motion: ") for text in shown)
