@@ -25,7 +25,7 @@ BONE = np.dtype([("rotation", "<i2", 4), ("place", "<i2", 3)])
 @cache
 def own_figure() -> bytes:
     """The figure's own model."""
-    return pack(own_model(), np.concatenate([BIND.positions, BIND.rotations], axis=1), np.arange(JOINT_COUNT))
+    return pack_model(own_model(), np.concatenate([BIND.positions, BIND.rotations], axis=1), np.arange(JOINT_COUNT))
 
 
 class Bones:
@@ -43,7 +43,7 @@ class Bones:
     def model(self, model: Model) -> bytes:
         """The character's model for the page."""
         still = np.tile(rot.IDENTITY, (len(self._rest), 1))
-        return pack(model, np.concatenate([self._rest, still], axis=1), self._of_joint)
+        return pack_model(model, np.concatenate([self._rest, still], axis=1), self._of_joint)
 
     def packed(self, fitted: Fitted, root: np.ndarray) -> bytes:
         """The bones of a pose: rotations away from the rest pose, and places beside the root."""
@@ -54,7 +54,7 @@ class Bones:
         return record.tobytes()
 
 
-def pack(model: Model, bind: np.ndarray, bone_of: np.ndarray) -> bytes:
+def pack_model(model: Model, bind: np.ndarray, bone_of: np.ndarray) -> bytes:
     """A JSON line that says what lies where, and then the numbers: of each skin float32 and uint32, of the bones where
     they are in the pose that the skins are made in (bones, 7), places and rotations; a picture as PNG.
 
