@@ -185,8 +185,8 @@ def _forward(at: np.ndarray, up: np.ndarray, legs: list[Limb]) -> tuple[np.ndarr
 
 def _alike(at: np.ndarray, one: Limb, other: Limb) -> bool:
     """Whether two limbs have bones of the same lengths, the upper and the lower ones."""
-    pairs = ((_length(at, one[:3][part:][:2]), _length(at, other[:3][part:][:2])) for part in (0, 1))
-    return all(abs(a - b) < ALIKE * max(a, b) for a, b in pairs)
+    bones = [(_length(at, limb[:2]), _length(at, limb[1:3])) for limb in (one, other)]
+    return all(abs(a - b) < ALIKE * max(a, b) for a, b in zip(*bones))
 
 
 def _length(at: np.ndarray, joints: tuple[int, ...]) -> float:
