@@ -36,6 +36,6 @@ def run(args: argparse.Namespace) -> int:
     from demo import assemble
     from demo.export import onnx_folder
 
-    for path in onnx_folder.write(args.folder, assemble.build_session(), ground, args.double):
+    for path in onnx_folder.write_folder(args.folder, assemble.build_session(), ground, args.double):
         print(f"wrote {path}")
     return 0

@@ -68,7 +68,7 @@ MEANINGS = {
 }
 
 
-def write(folder: Path, session: Session, ground: Ground, double: bool = False) -> list[Path]:
+def write_folder(folder: Path, session: Session, ground: Ground, double: bool = False) -> list[Path]:
     """Writes the models of a session, in single or in double precision, and a ground to try them on; the paths. Raises
     ValueError for a stylizer that cannot be exported, OSError for a folder that cannot be written."""
     table = onnx_styles.tabulate(session.stylizer)

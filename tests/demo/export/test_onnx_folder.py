@@ -37,7 +37,7 @@ def session() -> Session:
 @pytest.fixture(scope="module")
 def folder(session, tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("onnx")
-    onnx_folder.write(path, session, load_ground("stairs"))
+    onnx_folder.write_folder(path, session, load_ground("stairs"))
     return path
 
 
@@ -96,4 +96,4 @@ def test_the_player_is_short_and_needs_numpy_and_onnxruntime_alone(folder):
 def test_another_stylizer_is_refused_in_a_sentence(session, tmp_path):
     other = SimpleNamespace(controller=session.controller, stylizer=SimpleNamespace(name="slim"))
     with pytest.raises(ValueError, match="only the stylizer 'joints' is exported, and 'slim' is another one"):
-        onnx_folder.write(tmp_path, other, load_ground("stairs"))
+        onnx_folder.write_folder(tmp_path, other, load_ground("stairs"))
