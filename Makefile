@@ -20,8 +20,8 @@ check: $(VENV)/.installed-check
 
 # Installed again only when pyproject.toml has changed.
 $(VENV)/.installed-run: EXTRAS := video,serve
-$(VENV)/.installed-test: EXTRAS := video,serve,test
-$(VENV)/.installed-check: EXTRAS := video,serve,test,check
+$(VENV)/.installed-test: EXTRAS := video,serve,export,test
+$(VENV)/.installed-check: EXTRAS := video,serve,export,test,check
 $(VENV)/.installed-%: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo "patchwalk: '$(PYTHON)' is not Python 3.11 or newer; install one and say which: make $* PYTHON=/path/to/python3" >&2; exit 1; }
