@@ -291,10 +291,8 @@ class StyleBank:
         gait = read_gait(header, tensors)
         if header["format"] != FORMAT or any(header.get(key) != value for key, value in self._made_for.items()):
             if "windows" not in tensors or path.stem == OWN:
-                raise ValueError(
-                    f"{path} was computed for other weights of stylizer or controller: "
-                    "reinstall Patchwalk or train again"
-                )
+                remedy = ADD_AGAIN if path.is_relative_to(self.user) else "reinstall Patchwalk or train again"
+                raise ValueError(f"{path} was computed for other weights of stylizer or controller: {remedy}")
             windows = read_windows(tensors)
             kept = {key: header[key] for key in ("licence", "source")}
             style = encode_clips(self.model, windows, gait, self.own_motion)

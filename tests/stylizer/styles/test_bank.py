@@ -285,6 +285,11 @@ def test_the_bundled_styles_and_the_own_style_are_of_one_controller(bank):
         again(bank)
 
 
+def of_other_weights_without_motion(path):
+    header, tensors = checkpoint.read(path)
+    save_file({name: each for name, each in tensors.items() if name != "windows"}, path, {**header, "weights": "older"})
+
+
 def broken_header(path: Path) -> None:
     header, tensors = checkpoint.read(path)
     save_file(tensors, path, {key: value for key, value in header.items() if key != "licence"})
@@ -309,8 +314,9 @@ def nested_deep(path: Path) -> None:
         broken_header,
         not_finite,
         nested_deep,
+        of_other_weights_without_motion,
     ],
-    ids=["empty", "zeros", "no licence", "infinite", "nested"],
+    ids=["empty", "zeros", "no licence", "infinite", "nested", "other weights"],
 )
 def test_one_file_that_cannot_be_used_is_left_out_and_can_be_removed(bank, spoil):
     bank.add("limp", walking_clip())
