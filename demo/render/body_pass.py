@@ -16,7 +16,7 @@ from demo.render import body_shaders, gl
 from sim.math import rotations as rot
 from sim.math.vectors import UP
 
-LIGHT_MAP_PIXELS = 320  # of a side of the light's picture of the bodies
+LIGHT_MAP_PIXELS = 256  # of a side of the light's picture of the bodies
 SOFTNESS = 0.014  # metres, half the width of a shadow's edge on them
 LIGHT_MAP_MARGIN = 0.15  # metres of skin about the middles of its capsules
 NEAR_PIXEL = 0.0022  # metres: where a pixel is smaller than that, triangles of the medium skin would show

@@ -60,16 +60,15 @@ in vec2 shade;
 in vec4 wear;
 in vec2 more;
 out vec4 pixel;
-// Places in a circle, as far from one another as they can be.
-const vec2 TAPS[8] = vec2[](vec2(0.18, 0.30), vec2(-0.40, 0.02), vec2(0.25, -0.40), vec2(0.85, 0.15),
-                            vec2(0.45, 0.86), vec2(-0.45, 0.78), vec2(-0.88, -0.40), vec2(-0.22, -0.92));
+const vec2 TAPS[6] = vec2[](vec2(0.35, 0.20), vec2(-0.35, 0.20), vec2(0.0, -0.40),
+                            vec2(0.0, 0.95), vec2(-0.82, -0.48), vec2(0.82, -0.48));
 
 vec4 lit(vec3 base, float openness, float gloss) {
     vec3 n = normalize(normal), v = normalize(eye - world);
     float facing = max(dot(n, v), 0.0), lambert = dot(n, to_light);
     float sun = 0.0;
     if (lambert > 0.0)
-        for (int tap = 0; tap < 8; tap++) sun += 0.125 * texture(light_map, lit_at + vec3(TAPS[tap] * softness, 0.0));
+        for (int tap = 0; tap < 6; tap++) sun += texture(light_map, lit_at + vec3(TAPS[tap] * softness, 0.0)) / 6.0;
     float open = openness * (1.0 - shade.x);
     float height = world.y - plane.x - dot(plane.yz, world.xz);
     open *= 0.72 + 0.28 * clamp(height * 1.2 + 0.1, 0.0, 1.0);           // close to the ground less light comes in
