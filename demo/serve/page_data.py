@@ -8,17 +8,21 @@ from functools import cache
 import numpy as np
 
 from demo.figure import colours, forms
+from demo.live import actions
 from demo.render import body_shaders, camera, ground_decals, ground_mesh, shaders
 from demo.serve import packet
 from demo.serve.model_file import MOST_BONES, PLACE
-from demo.serve.visitor import to_hex
+from demo.serve.remote_input import HELD, PRESSED
+from demo.serve.visitor import DONE, to_hex
 from demo.state.bindings import CONTROLS, SLOTS, Bindings
+from demo.state.style_choice import OWN
 from demo.ui import canvas, diagram
 from sim.body.skeleton import BONE_OFFSETS, CONTACT_JOINTS, GROUPS, JOINTS, PARENTS, PART_NAMES, PART_OF_JOINT
 from sim.ground.catalogue import NAMES, load_ground
 from sim.style_spec import MAX_STRENGTH
 
 VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2DShadow;\n"
+BY_PAGE = "zoom_in zoom_out search panels help full_screen screenshot export".split()  # what it does by itself
 HEIGHT_UNIT = 0.001  # metres, of a ground's heights
 
 
@@ -42,7 +46,8 @@ def world(bindings: Bindings, grounds: tuple[str, ...]) -> bytes:
         "diagram": _diagram(),
         "keys": bindings.keys,
         "pad": bindings.pad,
-        "help": [[control.help, bindings.shown(*control.keys)] for control in CONTROLS if control.keys],
+        "help": _help(bindings),
+        "own": OWN,
         "slots": list(SLOTS),
         "max_strength": MAX_STRENGTH,
         "grounds": grounds,
@@ -65,6 +70,13 @@ def heights(name: str) -> bytes:
 def ground_names(own: str | None) -> tuple[str, ...]:
     """The grounds that a page may ask for: the named ones, and the one it was told to serve."""
     return tuple(dict.fromkeys((*NAMES, *([own] if own else ()))))
+
+
+def _help(bindings: Bindings) -> list[tuple[str, str]]:
+    """What the page can do, and its keys; a browser keeps Ctrl with a digit to itself."""
+    done = {*DONE, *HELD, *PRESSED, *BY_PAGE}
+    able = [control for control in CONTROLS if any(actions.parse(action)[0] in done for action in control.keys)]
+    return [(control.help, bindings.shown(*control.keys).replace("Ctrl", "Alt")) for control in able]
 
 
 def _shaders() -> dict[str, str]:

@@ -2,6 +2,8 @@
 
 import { add, cross, dot, scale, subtract } from "./poses.js";
 
+const TALL = 2.0, FILLED = 0.9; // metres that are seen whole, and the share of the room that they fill
+const ROOM_HALF_LIFE = 0.1; // seconds of the way into another room
 const LEAP = 1.0; // metres that no character goes in a picture: it was put somewhere else
 const SIGHT = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1];
 const clamp = (value, [low, high]) => Math.min(Math.max(value, low), high);
@@ -14,9 +16,8 @@ export class Camera {
     this.target = [...table.AIM];
     this.place = null; // of the character, when it was followed last
     this.velocity = [0, 0, 0]; // its, smoothed
-    this.centre = [0, 0]; // where the target is in the picture, in clip units: the middle of what panels leave free
-    this.free = [1, 1]; // the share of the picture's width and height that they leave
-    this.shown = [0, 0, 1, 1]; // the same, eased
+    this.room = [0, 0, 1]; // where the target is in the picture, in clip units, and how many times farther off the eye
+    this.shown = null; // the same, eased
   }
 
   orbit(yaw, pitch) {
@@ -26,6 +27,14 @@ export class Camera {
 
   zoom(notches) {
     this.wanted.distance = clamp(this.wanted.distance * 0.9 ** notches, this.table.DISTANCE_LIMITS);
+  }
+
+  // The character belongs into the part of a picture that panels leave free, whole; in pixels.
+  makeRoom(left, top, right, bottom, width, height) {
+    const focal = Math.min(width, height) / (2 * Math.tan(this.table.field_of_view / 2));
+    const needed = (TALL * focal) / (FILLED * (bottom - top)) / this.table.distance;
+    this.room = [(left + right) / width - 1, 1 - (top + bottom) / height, Math.max(1, needed)];
+    this.shown ??= [...this.room];
   }
 
   // Lets seconds pass while the character stands at a place; heights: of the ground, null for level floor.
@@ -41,7 +50,7 @@ export class Camera {
     this.target = this.target.map((at, axis) => at + way[axis] * ease(seconds, halves[axis]));
     const share = ease(seconds, this.table.ORBIT_HALF_LIFE);
     for (const name in this.wanted) this[name] += (this.wanted[name] - this[name]) * share;
-    [...this.centre, ...this.free].forEach((value, i) => (this.shown[i] += (value - this.shown[i]) * ease(seconds, 0.08)));
+    this.shown = this.shown.map((value, i) => value + (this.room[i] - value) * ease(seconds, ROOM_HALF_LIFE));
     if (heights) this.riseOver(heights);
   }
 
@@ -55,7 +64,7 @@ export class Camera {
   }
 
   get away() {
-    return this.distance / Math.min(1, Math.max(0.45, Math.min(this.shown[2], this.shown[3]) * 1.1));
+    return this.distance * this.shown[2];
   }
 
   get forward() {

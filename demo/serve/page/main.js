@@ -7,6 +7,7 @@ import { Panel } from "./panel.js";
 import { readPacket, Skeleton } from "./poses.js";
 import { Scene, toPixels } from "./scene.js";
 
+const NARROW = 720; // pixels of width up to which panels lie under the picture, see style.css
 const REACH = 34; // pixels from a bone within which a tap means its part
 const SLOW = 25, LEAST_SHARP = 0.5; // pictures a second under which fewer pixels are drawn
 const FIGURES_SECONDS = 0.25, GLOW_SECONDS = 0.5, ATTRACT_ORBIT = 0.12;
@@ -190,9 +191,9 @@ class Page {
     canvas.width = Math.max(1, Math.round(box.width * ratio));
     canvas.height = Math.max(1, Math.round(box.height * ratio));
     const dress = find("dress"), taken = dress.hidden ? null : dress.getBoundingClientRect();
-    const beside = taken && taken.width < 0.6 * box.width;
-    this.camera.centre = taken ? (beside ? [taken.right / box.width, 0] : [0, taken.height / box.height]) : [0, 0];
-    this.camera.free = taken ? (beside ? [1 - taken.right / box.width, 1] : [1, 1 - taken.height / box.height]) : [1, 1];
+    const narrow = box.width <= NARROW, left = taken && !narrow ? taken.right : 0;
+    const top = narrow ? find("options").getBoundingClientRect().bottom : 0, bottom = taken && narrow ? taken.top : box.height;
+    this.camera.makeRoom(left, top, box.width, bottom, box.width, box.height);
   }
 
   // ---- a picture ---------------------------------------------------------------------------------
@@ -271,7 +272,7 @@ try {
     load("/world.json").then((response) => response.json()),
     load("/figure").then(async (response) => readModel(await response.arrayBuffer())),
   ]);
-  if (matchMedia("(max-width: 720px)").matches) find("dress").hidden = true;
+  if (matchMedia(`(max-width: ${NARROW}px)`).matches) find("dress").hidden = true;
   window.page = new Page(world, figure);
 } catch (error) {
   console.error(error);

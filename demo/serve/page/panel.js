@@ -71,8 +71,7 @@ export class Panel {
   }
 
   buildHelp() {
-    const rows = this.world.help.filter(([, keys]) => keys);
-    find("keys").append(...rows.flatMap(([help, keys]) => [element("dt", {}, keys), element("dd", {}, help)]));
+    find("keys").append(...this.world.help.map(([help, keys]) => element("div", {}, element("dt", {}, keys), element("dd", {}, help))));
   }
 
   // ---- what the server says ----------------------------------------------------------------------
@@ -88,14 +87,14 @@ export class Panel {
     const wanted = find("search").value.trim().toLowerCase(), blending = this.state?.blending;
     const shown = this.styles.filter(([name]) => name.includes(wanted));
     const chip = (name, colour, noncommercial) => {
-      const label = name === "own style" && blending ? "no blend" : name;
+      const label = name === this.world.own && blending ? "no blend" : name;
       const made = element("button", { className: "chip", onclick: () => this.act(`choose:${name}`) },
         element("i", { style: `background:${colour}` }), element("span", {}, label));
       if (noncommercial) made.append(element("em", { title: "for non-commercial use only" }, "nc"));
       made.dataset.style = name;
       return made;
     };
-    find("styles").replaceChildren(chip("own style", this.own), ...shown.map((style) => chip(...style)));
+    find("styles").replaceChildren(chip(this.world.own, this.own), ...shown.map((style) => chip(...style)));
     this.lightStyle();
   }
 
@@ -137,7 +136,7 @@ export class Panel {
     const picked = new Set(state.playing && !state.replaying ? [] : state.parts);
     for (const part of this.world.parts) {
       const [name, strength, other, share] = state.style[part] ?? [], row = this.rows[part];
-      row.style.textContent = name ? (other ? `${name} › ${percent(share)} ${other}` : name) : "own style";
+      row.style.textContent = name ? (other ? `${name} › ${percent(share)} ${other}` : name) : this.world.own;
       row.strength.textContent = name ? percent(strength) : "";
       row.row.classList.toggle("own", !name);
       row.row.classList.toggle("on", picked.has(part));
@@ -151,9 +150,9 @@ export class Panel {
     find("share-row").hidden = !state.blending;
     const colourOf = (name) => this.colours[name] ?? this.own;
     slide(find("strength"), state.strength * 100, colourOf(state.name));
-    find("strength-value").textContent = percent(state.strength);
+    find("strength-value").textContent = state.strengths_differ ? "mixed" : percent(state.strength);
     slide(find("share"), state.share * 100, colourOf(state.other));
-    find("share-value").textContent = percent(state.share);
+    find("share-value").textContent = state.shares_differ ? "mixed" : percent(state.share);
     find("record").classList.toggle("on", state.recording);
     find("record").querySelector("span").textContent = state.recording ? "stop" : "record";
     find("replay").hidden = !state.recorded || state.recording;
@@ -165,7 +164,7 @@ export class Panel {
     find("crouch-toggle").classList.toggle("on", state.crouching);
     find("title").hidden = !state.playing || state.replaying;
     find("times").hidden = !state.seen.includes("times");
-    document.body.classList.toggle("playing", state.playing && !state.replaying);
+    document.body.classList.toggle("timed", state.seen.includes("times"));
     if (before?.blending !== state.blending) this.showStyles();
     else this.lightStyle();
   }
