@@ -54,7 +54,8 @@ class Bodies:
             if drawn.occlusion:
                 near.shade(drawn.occlusion.at(coarse.corners, figure.capsules))
             self._posed.append((figure, near, coarse))
-        self._world_to_light = _world_to_light([each for each in figures if not each.model.of_many], to_light)
+        shaded = [each for each in figures if not each.model.of_many]
+        self._world_to_light = _world_to_light(shaded or figures, to_light)
         self._draw_light_map()
 
     def _drawn(self, model: Model) -> "_Drawn":

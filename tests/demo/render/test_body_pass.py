@@ -50,7 +50,7 @@ def painted(model: skin.Model, picture: np.ndarray) -> skin.Model:
     down = 1 - (place[:, 1] - place[:, 1].min()) / np.ptp(place[:, 1])
     materials = np.column_stack([np.ones((len(place), 4)), np.full(len(place), 0.5), down]).astype(np.float32)
     own = replace(model.medium, materials=materials)
-    return skin.Model(own, own, model.coarse, picture)
+    return skin.Model(own, own, model.coarse, picture, model.limbs)
 
 
 def test_a_skin_with_a_picture_shows_it_where_the_corners_say(screen):
@@ -61,6 +61,13 @@ def test_a_skin_with_a_picture_shows_it_where_the_corners_say(screen):
     red, blue = (np.argwhere(pixels[..., channel] > pixels[..., 2 - channel] + 60) for channel in (0, 2))
     assert len(red) > 300 and len(blue) > 300
     assert np.percentile(red[:, 0], 95) < np.percentile(blue[:, 0], 5) + 30, "red above blue"
+
+
+def test_a_figure_drawn_as_one_of_many_may_stand_alone(screen):
+    own = skin.own_model()
+    figure = replace(body.figure(BIND, GREY), model=replace(own, limbs=None))
+    pixels = picture(screen, figure, camera=Camera(yaw=np.pi))
+    assert (pixels.max(-1) > 60).sum() > 1000
 
 
 def test_figures_of_two_models_stand_in_one_picture(screen):
