@@ -105,6 +105,15 @@ def _ffmpeg() -> str:
         raise ValueError("needed for videos as MP4 only, not as GIF; pip install imageio-ffmpeg brings one") from None
 
 
+def _browser() -> str:
+    try:
+        import aiohttp
+
+        return f"aiohttp {aiohttp.__version__} (for patchwalk serve)"
+    except ImportError:
+        raise ValueError("needed for patchwalk serve only; pip install aiohttp brings what it lacks") from None
+
+
 CHECKS: tuple[tuple[str, bool, Callable[[], str]], ...] = (  # name, whether replaying needs it, what finds out
     ("Python", True, _python),
     ("PyTorch", True, _torch),
@@ -115,4 +124,5 @@ CHECKS: tuple[tuple[str, bool, Callable[[], str]], ...] = (  # name, whether rep
     ("OpenGL off-screen", False, _offscreen),
     ("gamepads", False, _gamepads),
     ("ffmpeg", False, _ffmpeg),
+    ("browser", False, _browser),
 )

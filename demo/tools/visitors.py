@@ -13,6 +13,7 @@ import time
 import numpy as np
 from aiohttp import ClientSession, WSMsgType
 
+from demo.serve import packet
 from demo.serve.options import A_WORKER, Options
 from demo.serve.server import Server
 from demo.state.bindings import DEFAULT
@@ -24,20 +25,28 @@ BUDGET = 1 / 60
 
 
 async def visit(
-    session: ClientSession, address: str, number: int, counts: dict[int, list[int]], names: list[str]
+    session: ClientSession,
+    address: str,
+    number: int,
+    counts: dict[int, list[int]],
+    names: list[str],
+    answered: list[int],
 ) -> None:
     """One page: a stick that goes round, a run now and then, and another style for some part every second."""
     chance = random.Random(number)
     async with session.ws_connect(f"{address}/socket") as page:
-        counts[number], said = [0, 0], 0
+        counts[number], said, asked_at = [0, 0], 0, 0
         async for message in page:
             if message.type != WSMsgType.BINARY:
                 continue
             counts[number][0] += 1
             counts[number][1] += len(message.data)
-            frame = counts[number][0]
+            frame, record = counts[number][0], np.frombuffer(message.data, packet.FRAME, 1)[0]
+            if asked_at and record["answers"] == said:
+                answered.append(int(record["number"]) - asked_at)
+                asked_at = 0
             if frame % 3 == 0:  # as a stick that is moved says
-                angle, said = frame / 40 + number, said + 1
+                angle, said, asked_at = frame / 40 + number, said + 1, int(record["number"])
                 held = ["run"] if frame // 180 % 2 else []
                 stick = [float(np.sin(angle)), float(np.cos(angle))]
                 await page.send_json({"n": said, "held": held, "stick": stick, "look": [0, 0], "yaw": 0.0})
@@ -53,10 +62,11 @@ async def measure(count: int, seconds: float) -> dict:
     await server.start()
     names = sorted(style_files(SHIPPED))
     counts: dict[int, list[int]] = {}
+    answered: list[int] = []  # frames from an input to the first that knows of it
     try:
         async with ClientSession() as session:
             visits = [
-                asyncio.create_task(visit(session, f"http://127.0.0.1:{server.port}", number, counts, names))
+                asyncio.create_task(visit(session, f"http://127.0.0.1:{server.port}", number, counts, names, answered))
                 for number in range(count)
             ]
             await asyncio.sleep(SETTLE)
@@ -78,6 +88,7 @@ async def measure(count: int, seconds: float) -> dict:
     return {
         "visitors": count,
         "workers": len(reports),
+        "frames_to_an_answer": {str(frames): answered.count(frames) for frames in sorted(set(answered))},
         "poses_a_second": [round(min(rate[0] for rate in rates), 1), round(max(rate[0] for rate in rates), 1)],
         "kB_a_second": round(max(rate[1] for rate in rates) / 1000, 1),
         "frame_ms": dict(zip(("p50", "p95", "p99"), percentiles[:, 0].round(2).tolist())),
