@@ -27,7 +27,7 @@ from controller.model.io_layout import (
 )
 from controller.training.cyclic_runs import find_loops
 from controller.training.labelled_clip import LabelledClip, label
-from controller.training.leaps import find_flights, quicken_gathering
+from controller.training.leaps import find_flights
 from controller.training.shared_posture import share_posture
 from controller.training.side_steps import find_uncrossed
 from controller.training.terrain_fit import Placed, fit_to_ground
@@ -69,7 +69,7 @@ PACES = {
 # How fast, in metres a second, a quicker clip may become.
 FASTEST = {"forward walk": 2.4, "side-step": 1.4, "backing": 1.9, "loop": 4.5, "crouch": 1.8, "jump": 4.0}
 # Seconds of a jump that are learned: before it leaves the floor, and after it lands.
-JUMP_WINDOW = (0.6, 0.9)
+JUMP_WINDOW = (0.5, 0.9)
 # The grounds that every clip is laid on beside level floor, one of each pace, in turn: what makes it, how much of it.
 TERRAINS = (
     (make_hills, 0.47),
@@ -234,10 +234,8 @@ def _frames(path: Path, clip: Clip) -> list[tuple]:
     planted, whole = plant_feet(clip), slice(None)
     if kind == "jump":
         before, after = (round(seconds * FPS) for seconds in JUMP_WINDOW)
-        sources = []
-        for start, stop in find_flights(planted.positions()):
-            leap, take_off = quicken_gathering(planted, start)
-            sources.append((kind, leap, slice(max(0, take_off - before), take_off + stop - start + after)))
+        flights = find_flights(planted.positions())
+        sources = [(kind, planted, slice(max(0, start - before), stop + after)) for start, stop in flights]
     elif kind == "crouch":
         sources = [(kind, planted, whole)]
     else:

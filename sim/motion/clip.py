@@ -44,21 +44,18 @@ class Clip:
         return forward_kinematics(self.hips, self.global_rotations())
 
     def resampled(self, fps: float = FPS) -> "Clip":
-        """The same motion at another rate, first frame kept."""
-        if abs(fps - self.fps) < 1e-6 or len(self) < 2:
-            return replace(self, fps=fps)
-        wanted = np.arange(int((len(self) - 1) * fps / self.fps + 1e-6) + 1) * self.fps / fps
-        return replace(self.sampled(wanted), fps=fps)
-
-    def sampled(self, at: np.ndarray) -> "Clip":
-        """The motion at fractional frames (n,) of this clip: cubic splines through hips and quaternions.
+        """The same motion at another rate, first frame kept: cubic splines through hips and quaternions.
 
         Straight lines and slerp would leave a corner at each captured frame: a jerk that nobody moved."""
+        if abs(fps - self.fps) < 1e-6 or len(self) < 2:
+            return replace(self, fps=fps)
         from scipy.interpolate import CubicSpline
 
         captured = np.arange(len(self))
-        rotations = rot.normalize(CubicSpline(captured, rot.make_continuous(self.rotations))(at))
-        return replace(self, hips=CubicSpline(captured, self.hips)(at), rotations=rotations)
+        wanted = np.arange(int((len(self) - 1) * fps / self.fps + 1e-6) + 1) * self.fps / fps
+        hips = CubicSpline(captured, self.hips)(wanted)
+        rotations = rot.normalize(CubicSpline(captured, rot.make_continuous(self.rotations))(wanted))
+        return replace(self, hips=hips, rotations=rotations, fps=fps)
 
     def paced(self, pace: float) -> "Clip":
         """The same motion played `pace` times as fast, at the same frame rate."""
