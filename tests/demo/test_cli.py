@@ -57,7 +57,7 @@ MISTAKES = {
     "--crowd 1": "'1' is no size of a crowd: give 2 to 64",
     "--crowd many": "'many' is no size of a crowd",
     "--seconds 3": "--seconds goes with --crowd N",
-    "export": "required: onnx, OUT",
+    "export": "required: format, OUT",
     "export fbx out": "invalid choice: 'fbx'",
     "export onnx out --ground flat": "'flat' is what the player walks on without a ground",
     "export onnx out --ground moon": "unknown ground 'moon'",
