@@ -160,6 +160,10 @@ def write_all(
 
 
 def _write_poses(path: Path, result: export.Result) -> None:
-    with poses_npz.writer(path) as add:
+    from sim.character.files import CharacterRows
+
+    character = result.takeaway.character
+    rows = CharacterRows(character, result.ground) if character else None
+    with poses_npz.writer(path, rows, rows.constants if rows else poses_npz.CONSTANTS) as add:
         for frame in result.frames:
             add(frame)

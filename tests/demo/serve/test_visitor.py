@@ -10,6 +10,7 @@ from sim.command import Command
 from sim.io import recording
 from tests.support import fakes
 from tests.support.fakes import BENDS
+from tests.support.skinned import write
 
 ATTRACT = (Command(move=(0, 1)), Command(move=(0, 1), style={"spine": "bent"}))
 
@@ -132,3 +133,19 @@ def test_what_is_said_in_alarm_is_marked(visitor):
     visitor.say("well")
     visitor.say("oh", (1.0, 0.0, 0.0))
     assert [json.loads(text)["alert"] for text in visitor.told() if "say" in json.loads(text)] == [False, True]
+
+
+def test_a_dropped_character_is_packed_for_the_page_and_seen(visitor, tmp_path):
+    visitor.drop([write(tmp_path / "hero.glb")])
+    steps(visitor, 1)
+    alone, models = len(visitor.packet()), []
+    while not models:
+        steps(visitor, 1)
+        visitor.told()
+        models += filter(None, [visitor.model()])
+    steps(visitor, 1)
+    assert len(visitor.packet()) > alone and len(models[0]) > 1000
+    assert visitor.said("state")[-1]["character"] == "hero"
+    visitor.take({"do": "character"})
+    visitor.model()
+    assert len(visitor.packet()) == alone and visitor.said("state")[-1]["character"] == ""
