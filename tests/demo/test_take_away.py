@@ -165,9 +165,8 @@ def test_an_export_is_finished_before_the_program_ends(screen, capsys):
 
 @pytest.mark.parametrize("taken", ["jsonl", "glb"])
 def test_names_of_new_files_are_free(tmp_path, monkeypatch, taken):
-    monkeypatch.chdir(tmp_path)
     one_second = datetime(2026, 1, 2)
     monkeypatch.setattr(capture, "datetime", SimpleNamespace(now=lambda: one_second))
-    first = capture.new_file("bvh", taken)
+    first = capture.new_file(tmp_path, "bvh", taken)
     first.with_suffix(f".{taken}").touch()
-    assert capture.new_file("bvh", taken).stem != first.stem
+    assert capture.new_file(tmp_path, "bvh", taken).stem != first.stem

@@ -69,7 +69,7 @@ def opened(browser, address, **options):
     page.on("pageerror", lambda error: wrong.append(str(error)))
     page.on("console", lambda message: wrong.append(message.text) if message.type == "error" else None)
     page.goto(address)
-    page.locator("#figures span").first.wait_for()
+    page.locator("#figures span:visible").first.wait_for()
     yield page
     context.close()
     assert not wrong
