@@ -50,7 +50,7 @@ WINDOW_ACTIONS = ("preset_1", "pick_left_arm", "skeleton", "trajectory", "phase"
 
 GIF_SIZE = (400, 280)
 GIF_START, GIF_FRAMES = 1460, 500  # of the bundled recording: the frame of the first picture, and how many from there
-GIF_DISTANCE = 3.3
+GIF_DISTANCE = 4.2
 
 
 def draw() -> None:
