@@ -89,8 +89,9 @@ class Server:
     # ---- the page -----------------------------------------------------------------
 
     async def _page(self, request: web.Request) -> web.Response:
-        path = PAGE / request.match_info.get("name", "index.html")
-        if not re.fullmatch(r"[a-z_]+\.[a-z]+", path.name) or path.suffix not in KINDS or not path.is_file():
+        name = request.match_info.get("name", "index.html")  # may hold slashes, written %2F
+        path = PAGE / name
+        if not re.fullmatch(r"[a-z_]+\.[a-z]+", name) or path.suffix not in KINDS or not path.is_file():
             raise web.HTTPNotFound()
         return _compressed(web.Response(body=path.read_bytes(), content_type=KINDS[path.suffix], charset="utf-8"))
 
@@ -111,7 +112,7 @@ class Server:
 
     async def _ground(self, request: web.Request) -> web.Response:
         number = request.match_info["number"]
-        if not number.isdecimal() or int(number) >= len(self._grounds):
+        if number not in map(str, range(len(self._grounds))):
             raise web.HTTPNotFound()
         body = await asyncio.to_thread(page_data.heights, self._grounds[int(number)])
         return _compressed(web.Response(body=body, content_type="application/octet-stream"))

@@ -26,7 +26,7 @@ def test_only_a_page_from_here_talks_to_the_server():
     for host in ("127.0.0.1:8321", "localhost:9000", "[::1]:8321"):
         assert access.is_own_origin(f"http://{host}", host) and access.is_own_origin(f"https://{host}", host)
     assert access.is_own_origin(None, "127.0.0.1:8321"), "a program that is no browser"
-    for other in ("http://evil.example", "http://127.0.0.1:1", "null", "", "file://127.0.0.1:8321"):
+    for other in ("http://evil.example", "http://127.0.0.1:1", "null", "", "file://127.0.0.1:8321", "http://[::"):
         assert not access.is_own_origin(other, "127.0.0.1:8321")
 
 

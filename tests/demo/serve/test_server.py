@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("aiohttp", reason="the extra 'serve' is not installed")
 from aiohttp import FormData
 from aiohttp.test_utils import TestClient, TestServer
+from yarl import URL
 
 from demo.serve import access
 from demo.serve.options import FOLDER, Options
@@ -66,6 +67,25 @@ def test_the_page_and_all_that_it_loads_come_from_here(tmp_path, monkeypatch):
         assert (await client.get("/ground/0")).status == 200 and (await client.get("/ground/99")).status == 404
         for path in ("/page/../server.py", "/page/%2e%2e%2fserver.py", "/page/nothing.js", "/take/x/y", "/ground/x"):
             assert (await client.get(path)).status == 404
+
+    serve(check, tmp_path, monkeypatch)
+
+
+def test_no_path_leads_out_of_the_page(tmp_path, monkeypatch):
+    (tmp_path / "secret.html").write_text("not for others")
+
+    async def check(client, _):
+        for name in (str(tmp_path / "secret.html"), "../page/main.js", "../../serve/page/main.js"):
+            path = URL(f"/page/{name.replace('/', '%2F')}", encoded=True)
+            assert (await client.get(path)).status == 404
+
+    serve(check, tmp_path, monkeypatch)
+
+
+def test_a_ground_that_is_no_number_is_not_there(tmp_path, monkeypatch):
+    async def check(client, _):
+        for number in ("9" * 5000, "00", "\N{ARABIC-INDIC DIGIT ZERO}", "-1"):
+            assert (await client.get(f"/ground/{number}")).status == 404
 
     serve(check, tmp_path, monkeypatch)
 
