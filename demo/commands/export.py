@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         import onnx  # noqa: F401
     except ModuleNotFoundError as error:
-        raise ValueError("export needs the Python package 'onnx': pip install 'patchwalk[export]'") from error
+        raise ValueError("export needs the Python package 'onnx': pip install -e '.[export]'") from error
     from demo import assemble
     from demo.export import onnx_folder
 

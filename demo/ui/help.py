@@ -36,7 +36,7 @@ def _pages(groups: tuple, width: float, height: float) -> tuple[Panel, ...]:
 
 
 def _page(columns: Columns, number: int, count: int) -> Panel:
-    turn = f"page {number} of {count}, F1 turns it" if number < count else "F1 or Esc closes this"
+    turn = f"Page {number} of {count}: F1 turns it" if number < count else "F1 or Esc closes this"
     foot = f"LT, RT: left and right trigger; LB, RB: left and right shoulder button.  {turn}"
     return Panel((columns, Sentence(foot, FAINT, SMALL)), "center", colour=SHEET)
 
