@@ -12,8 +12,9 @@ from demo.live import actions
 from demo.render import body_shaders, camera, ground_decals, ground_mesh, shaders
 from demo.serve import packet
 from demo.serve.model_file import MOST_BONES, PLACE
+from demo.serve.page_state import to_hex
 from demo.serve.remote_input import HELD, PRESSED
-from demo.serve.visitor import DONE, to_hex
+from demo.serve.visitor import DONE
 from demo.state.bindings import CONTROLS, SLOTS, Bindings
 from demo.state.style_choice import OWN
 from demo.ui import canvas, diagram

@@ -2,19 +2,19 @@
 demo.live.actions that need no window, as the window does."""
 
 import json
-from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Sequence, cast
 
 from demo.export import export_jobs
 from demo.figure.character_model import DrawnCharacter
-from demo.figure.colours import part_colours, style_colour, worn
+from demo.figure.colours import worn
 from demo.live import actions, capture
 from demo.live.drop_import import DropImport
 from demo.render.view import View
-from demo.serve import packet
+from demo.serve import packet, page_state, recordings
 from demo.serve.model_file import Bones
+from demo.serve.packing import Packing
 from demo.serve.remote_input import PRESSED, RemoteInput
 from demo.state.grounds import Grounds
 from demo.state.presets import Presets
@@ -24,8 +24,6 @@ from demo.ui.canvas import ALERT, INK, Colour
 from sim.character.character import Character
 from sim.command import Command
 from sim.ground.catalogue import FLAT
-from sim.io import recording
-from sim.io.provenance import SHIPPED
 from sim.io.recording import Recorder
 from sim.motion.clip import FPS
 from sim.protocols import NamedStylizer
@@ -76,9 +74,7 @@ class Visitor:
         self.inset = SimpleNamespace(play=lambda clip, name: None)
         self.own: DrawnCharacter | None = None  # the user's character, shown or not
         self._bones: Bones | None = None  # of the character that is seen
-        self._modelling = ThreadPoolExecutor(1, "pack a character")
-        self._models: list[Future[Bones | str]] = []  # that are being packed for the page
-        self._packed: bytes | None = None  # of the character, and not yet sent
+        self._packing = Packing()
         self.seen = {"contacts"}
         self.pace = True
         self.asleep = False  # whether nobody looks at the page: then nothing moves
@@ -88,7 +84,7 @@ class Visitor:
         self.frame: Frame | None = None
         self.frames = 0
         self.changed = False  # whether what all visitors share has changed: styles and presets on the disk
-        self._last: Path | None = None  # the recording made last
+        self.recorded: Path | None = None  # the recording that was made last
         # the commands that are played, None while somebody steers; and whether once, as a recording that is replayed
         self.playing: Iterator[Command] | None = self._attract(attract) if attract else None
         self.replaying = False
@@ -96,7 +92,7 @@ class Visitor:
         self._said: list[dict[str, Any]] = []
         self._told: dict[str, str] = {}  # what the page was told last, by its kind
         if character:
-            self._models.append(self._modelling.submit(self._draw, character))
+            self._packing.begin(character)
 
     @property
     def folder(self) -> Path:
@@ -130,7 +126,7 @@ class Visitor:
         elif name == "export":
             self._export()
         elif name == "replay":
-            last = self._last
+            last = self.recorded
             self._try(lambda: self._replay(last)) if last else self.say("nothing has been recorded yet")
         else:
             if name == "save":
@@ -198,33 +194,20 @@ class Visitor:
         self.own = own or self.own
         self.view.dress(None)
         self._bones = None
+        self._packing.drop()
         if own:
-            self._models.append(self._modelling.submit(self._pack, own))
-
-    def _draw(self, character: Character) -> "Bones | str":
-        self.own = DrawnCharacter(character)
-        return self._pack(self.own)
-
-    def _pack(self, own: DrawnCharacter) -> "Bones | str":
-        """In a thread of its own: the character's bones, its model being packed; or why the page cannot show it."""
-        try:
-            bones = Bones(own.character)
-        except ValueError as error:
-            return str(error)
-        self._packed = bones.model(own.model)
-        return bones
+            self._packing.begin(own)
 
     def model(self) -> bytes | None:
-        """The model of the character that is to be seen, once."""
-        while self._models and self._models[0].done():
-            result = self._models.pop(0).result()
-            if isinstance(result, str):
-                self.say(result, ALERT)
-            elif self.own:
-                self._bones = result
-                self.view.dress(self.own, self.frame)
-        packed, self._packed = (self._packed, None) if self._bones else (None, self._packed)
-        return packed
+        """The model of a character that the page shows from now on, once."""
+        result = self._packing.finished()
+        if isinstance(result, str):
+            self.say(result, ALERT)
+        if result is None or isinstance(result, str):
+            return None
+        self.own, self._bones, model = result
+        self.view.dress(self.own, self.frame)
+        return model
 
     @property
     def shown(self) -> Character | None:
@@ -297,16 +280,7 @@ class Visitor:
     def _replay(self, path: Path) -> None:
         """Plays a recording from the start point, as `patchwalk replay` does. Raises ValueError or OSError for a file
         that is none, or was made with something else than is here."""
-        try:
-            recorded = recording.read(path)
-        except ValueError as error:
-            raise ValueError(str(error).replace(str(path), path.name)) from None
-        if (recorded.stylizer or SHIPPED) != self.session.stylizer.name:
-            raise ValueError(
-                f"{path.name} was made with the stylizer {recorded.stylizer or SHIPPED}: choose that first"
-            )
-        for style in recorded.styles:
-            self.session.stylizer.movements(style)  # raises for one that is not there, before anything is played
+        recorded = recordings.read_for(path, self.session.stylizer)
         self.grounds.go_to(recorded.ground or FLAT)
         if recorded.seed:
             self.session.stylizer.resample(recorded.seed)
@@ -354,10 +328,9 @@ class Visitor:
         self._said.clear()
         if self.recorder is None:
             messages += [json.dumps({"file": path.name}) for path in self.files]
-            self._last = next((path for path in self.files if path.suffix == ".jsonl"), self._last)
+            self.recorded = next((path for path in self.files if path.suffix == ".jsonl"), self.recorded)
             self.files.clear()
-        kinds = {"state": self._state(), "styles": self._styles(), "presets": self._presets()}
-        for kind, content in kinds.items():
+        for kind, content in page_state.tell(self).items():
             text = json.dumps({kind: content})
             if self._told.get(kind) != text:
                 self._told[kind] = text
@@ -369,48 +342,3 @@ class Visitor:
             self.files += written.files
             for problem in written.problems:
                 self.say(problem)
-
-    def _state(self) -> dict[str, Any]:
-        choice = self.choice
-        shown = worn(self.frame) if self.playing is not None and self.frame else choice.style
-        return {
-            "picked": choice.picked,
-            "parts": choice.parts,
-            "style": shown.to_json(),
-            "slot": choice.slot,
-            "name": choice.name,
-            "other": choice.other,
-            "strength": choice.strength,
-            "strengths_differ": choice.strengths_differ,
-            "share": choice.share,
-            "shares_differ": choice.shares_differ,
-            "blending": choice.blending,
-            "pace": self.pace,
-            "twin": self.view.twin,
-            "seen": sorted(self.seen),
-            "recording": self.recorder is not None,
-            "character": self.own.character.name if self.own and self._bones else "",
-            "ground": self.grounds.name,
-            "stylizer": self.session.stylizer.name,
-            "crouching": self.devices.crouching,
-            "facing": self.devices.facing_held is not None,
-            "playing": self.playing is not None,
-            "replaying": self.replaying,
-            "recorded": self._last is not None,
-        }
-
-    def _styles(self) -> list[list[Any]]:
-        """Name, colour, and whether it is for non-commercial use only."""
-        return [[name, to_hex(style_colour(name)), name in self.choice.noncommercial] for name in self.choice.styles]
-
-    def _presets(self) -> dict[int, list[Any]]:
-        """Slot -> its name and the colours of the parts."""
-        return {
-            slot: [name, [to_hex(colour) for colour in part_colours(style).tolist()]]
-            for slot, (name, style) in self.presets.slots.items()
-        }
-
-
-def to_hex(colour: Sequence[float]) -> str:
-    """`#ff8800` of a display colour."""
-    return "#" + bytes(round(255 * channel) for channel in colour[:3]).hex()

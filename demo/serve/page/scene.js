@@ -1,5 +1,6 @@
 // The picture: the window's passes and shaders (demo/render) in WebGL 2, the skin carried by the visitor's own GPU.
 
+import { linesOf, marksOf } from "./decals.js";
 import { buffer, depthMap, picture, Program, Rows, target } from "./gl.js";
 import { GroundMesh } from "./ground.js";
 import { bonesOf, carriers, cross, dot, scale } from "./poses.js";
@@ -9,7 +10,6 @@ const SHADOW_PIXELS = 256, SHADOW_BLUR = 0.02, SHADOW_MARGIN = 0.3;
 const COLOUR_EASE = 0.15; // share of a colour's change that one picture makes
 const TWIN_DISTANCE = 1.15;
 const ARROW_MARGIN = 0.05; // metres about an arrow within which it is drawn
-const DISC = 0, RING = 1, ARROW = 2;
 const GROUND_COLOUR = [0.75, 0.77, 0.79];
 
 // Carries the skin by its bones, and keeps what comes of it for all passes of the picture.
@@ -121,11 +121,11 @@ export class Scene {
       visor: this.world.visor, plane: frame.plane, ...lit,
       half_size: [width / 2, height / 2], ...camera.sky(aspect),
     };
-    const marks = this.marksOf(solid, frame, seen);
+    const marks = marksOf(this.world, this.heights, solid, frame, seen);
     (this.ground ? this.drawUneven : this.drawFlat).call(this, values, marks);
     this.drawBodies(values, figures);
     if (seen.twin === "ghost" && frame.twin) this.drawGhost(values);
-    this.lines.draw(this.linesOf(solid, frame, seen), values);
+    this.lines.draw(linesOf(this.world, this.heights, height / 720, solid, frame, seen), values);
     gl.bindVertexArray(null);
     return { poses, worldToClip };
   }
@@ -321,56 +321,6 @@ export class Scene {
 
   solid(on) {
     for (const what of [this.gl.DEPTH_TEST, this.gl.CULL_FACE]) on ? this.gl.enable(what) : this.gl.disable(what);
-  }
-
-  // ---- marks and lines: see demo/render/ground_decals.py -------------------------------------
-
-  marksOf(poses, frame, seen) {
-    const table = this.world.decals, rows = [];
-    for (const { positions } of poses) {
-      rows.push([positions[0][0], positions[0][2], 0.55, 0, ...table.SHADE, 0.16, DISC, 0]);
-      for (const joint of table.SHADE_JOINTS) {
-        const [x, y, z] = positions[joint], floor = this.heights ? this.heights.at(x, z) : 0;
-        const near = Math.min(Math.max(1 - (y - floor - 0.02) / 0.25, 0), 1);
-        if (near) rows.push([x, z, 0.15, 0, ...table.SHADE, 0.5 * near * near, DISC, 0]);
-      }
-    }
-    if (seen.contacts)
-      table.CONTACT_JOINTS.forEach((joint, i) => {
-        const [x, , z] = poses[0].positions[joint], contact = frame.contacts[i] / 255;
-        if (contact > 0.05) rows.push([x, z, table.RING_RADII[i], 0, ...table.CONTACT, 0.85 * contact, RING, 0.012]);
-      });
-    const way = frame.desired_velocity.map((speed) => speed * table.ARROW_SECONDS), reach = Math.hypot(...way);
-    if (reach >= 0.05 && !frame.paths) {
-      const start = [frame.root[0] + (way[0] / reach) * 0.42, frame.root[2] + (way[1] / reach) * 0.42];
-      rows.push([...start, ...way, ...table.WISH, 0.85, ARROW, 0.085]);
-    }
-    return rows;
-  }
-
-  linesOf(poses, frame, seen) {
-    const rows = [], unit = this.canvas.height / 720;
-    const line = (a, b, colour, alpha, half) => rows.push([...a, half * unit, ...b, 0, ...colour, alpha]);
-    if (seen.skeleton)
-      for (const { positions } of poses) {
-        const bones = this.world.colours.scene.bones;
-        positions.forEach((at, joint) => joint && line(positions[this.world.parents[joint]], at, bones, 0.85, 1.3));
-        positions.forEach((at) => line(at, at, bones, 1, 3.2));
-      }
-    if (frame.paths) {
-      const { PREDICTED, WISH } = this.world.decals, floor = (x, z) => (this.heights ? this.heights.at(x, z) : 0) + 0.012;
-      const place = (x, z) => [x, floor(x, z), z];
-      for (const [points, colour, half] of [[frame.paths.predicted, PREDICTED, 2.2], [frame.paths.desired, WISH, 1.4]]) {
-        let last = place(frame.root[0], frame.root[2]);
-        for (let i = 0; i < points.length; i += 2) {
-          const at = place(points[i], points[i + 1]);
-          line(last, at, colour, 0.9, half);
-          line(at, at, colour, 1, 4);
-          last = at;
-        }
-      }
-    }
-    return rows;
   }
 }
 

@@ -1,0 +1,62 @@
+"""What a page is told of its visitor: what is chosen and seen, the styles that there are, and the presets."""
+
+from typing import TYPE_CHECKING, Any, Sequence
+
+from demo.figure.colours import part_colours, style_colour, worn
+
+if TYPE_CHECKING:
+    from demo.serve.visitor import Visitor
+
+
+def tell(visitor: "Visitor") -> dict[str, Any]:
+    """All of it, by its kind."""
+    return {"state": _state(visitor), "styles": _styles(visitor), "presets": _presets(visitor)}
+
+
+def to_hex(colour: Sequence[float]) -> str:
+    """`#ff8800` of a display colour."""
+    return "#" + bytes(round(255 * channel) for channel in colour[:3]).hex()
+
+
+def _state(visitor: "Visitor") -> dict[str, Any]:
+    choice = visitor.choice
+    shown = worn(visitor.frame) if visitor.playing is not None and visitor.frame else choice.style
+    return {
+        "picked": choice.picked,
+        "parts": choice.parts,
+        "style": shown.to_json(),
+        "slot": choice.slot,
+        "name": choice.name,
+        "other": choice.other,
+        "strength": choice.strength,
+        "strengths_differ": choice.strengths_differ,
+        "share": choice.share,
+        "shares_differ": choice.shares_differ,
+        "blending": choice.blending,
+        "pace": visitor.pace,
+        "twin": visitor.view.twin,
+        "seen": sorted(visitor.seen),
+        "recording": visitor.recorder is not None,
+        "character": visitor.shown.name if visitor.shown else "",
+        "ground": visitor.grounds.name,
+        "stylizer": visitor.session.stylizer.name,
+        "crouching": visitor.devices.crouching,
+        "facing": visitor.devices.facing_held is not None,
+        "playing": visitor.playing is not None,
+        "replaying": visitor.replaying,
+        "recorded": visitor.recorded is not None,
+    }
+
+
+def _styles(visitor: "Visitor") -> list[list[Any]]:
+    """Name, colour, and whether it is for non-commercial use only."""
+    choice = visitor.choice
+    return [[name, to_hex(style_colour(name)), name in choice.noncommercial] for name in choice.styles]
+
+
+def _presets(visitor: "Visitor") -> dict[int, list[Any]]:
+    """Slot -> its name and the colours of the parts."""
+    return {
+        slot: [name, [to_hex(colour) for colour in part_colours(style).tolist()]]
+        for slot, (name, style) in visitor.presets.slots.items()
+    }
