@@ -36,8 +36,10 @@ class Presets:
             self.slots, self._unread = _read(BUNDLED)[0], True
 
     def save(self, slot: int, style: StyleSpec) -> str:
-        """Keeps `style` in a slot and on the disk; returns the name it got. Raises OSError where it cannot be
-        written."""
+        """Keeps `style` in a slot and on the disk; returns the name it got. Raises ValueError for another slot than
+        1 .. 8, OSError where it cannot be written."""
+        if slot not in SLOTS:
+            raise ValueError(f"slot {slot}: slots are {SLOTS[0]} .. {SLOTS[-1]}")
         self._write({**self.slots, slot: (describe(style), style)})
         return describe(style)
 

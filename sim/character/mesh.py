@@ -62,7 +62,7 @@ def read_mesh(file: GltfFile, rig: Rig) -> SkinnedMesh:
     if packed:
         raise ValueError(f"its mesh is compressed ({packed[0]}), which cannot be read: export it without compression")
     joint_of = {int(rig.nodes[joint]): joint for skin in rig.inverse_binds for joint in skin}
-    pieces: list[_Piece] = []
+    wanted, corners = [], 0
     for number, node in enumerate(file.nodes):
         if "mesh" not in node:
             continue
@@ -72,7 +72,13 @@ def read_mesh(file: GltfFile, rig: Rig) -> SkinnedMesh:
             continue  # scenery
         for primitive in file.document["meshes"][node["mesh"]]["primitives"]:
             if primitive.get("mode", TRIANGLES) == TRIANGLES and "POSITION" in primitive["attributes"]:
-                pieces.append(_read_piece(file, rig, primitive, skin, number, carrier))
+                places = primitive["attributes"]["POSITION"]
+                accessors = places, primitive.get("indices", places)
+                corners += max(int(file.document["accessors"][each]["count"]) for each in accessors)
+                wanted.append((primitive, skin, number, carrier))
+        if corners > 3 * MOST_TRIANGLES:  # before all these are read
+            raise ValueError(f"its mesh has over {corners // 3} triangles: reduce it to {MOST_TRIANGLES} at most")
+    pieces = [_read_piece(file, rig, *each) for each in wanted]
     count = sum(len(piece.triangles) for piece in pieces)
     if not count:
         raise ValueError("its mesh has no triangles: there is nothing to draw")

@@ -104,3 +104,21 @@ def test_a_picture_of_the_test_is_one():
     from tests.support.skinned import _picture
 
     assert Image.open(io.BytesIO(_picture())).size == (8, 8)
+
+
+@pytest.mark.parametrize("much", ["corners", "primitives"])
+def test_a_mesh_that_is_too_large_is_refused_before_it_is_read(tmp_path, much, monkeypatch):
+    def enlarge(document):
+        primitives = document["meshes"][0]["primitives"]
+        if much == "corners":
+            position = document["accessors"][primitives[0]["attributes"]["POSITION"]]
+            position["count"] = 80_000_000
+            del position["bufferView"]
+        else:
+            document["meshes"][0]["primitives"] = primitives * 100_000
+
+    monkeypatch.setattr("sim.character.mesh._read_piece", lambda *_: pytest.fail("it was read"))
+    with pytest.raises(ValueError, match="hero.*its mesh has over .* triangles: reduce it to 500000"):
+        path = tmp_path / "hero.glb"
+        path.write_bytes(edited(encode(Build()), enlarge))
+        load_character(path)
