@@ -6,6 +6,7 @@ from pathlib import Path
 from sim.io.user_dirs import data_folder
 
 A_WORKER = 5  # visitors of a worker, which keeps one core busy if all of them move alone
+DROP = ".drop-"  # what the folders of dropped files are called by there, which go with their page
 FOLDER = "browser"  # of recordings and exports, in the user's folder
 
 

@@ -15,7 +15,7 @@ from aiohttp import BodyPartReader, WSCloseCode, WSMsgType, web
 
 from demo.serve import access, page_data
 from demo.serve.model_file import own_figure
-from demo.serve.options import Options, own_folder
+from demo.serve.options import DROP, Options, own_folder
 from demo.serve.pool import Message, Model, Pool
 from demo.state.bindings import Bindings
 
@@ -178,7 +178,7 @@ class Server:
         number = self._visitors.get(request.match_info["word"])
         if number is None or not request.content_type.startswith("multipart/"):
             raise web.HTTPNotFound()
-        folder = Path(tempfile.mkdtemp(prefix=".drop-", dir=own_folder()))
+        folder = Path(tempfile.mkdtemp(prefix=DROP, dir=own_folder()))
         try:
             paths = await asyncio.wait_for(_keep_files(request, folder), 120)
         except (ValueError, TimeoutError, web.HTTPException) as error:

@@ -2,6 +2,7 @@
 demo.live.actions that need no window, as the window does."""
 
 import json
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Sequence, cast
@@ -14,6 +15,7 @@ from demo.live.drop_import import DropImport
 from demo.render.view import View
 from demo.serve import packet, page_state, recordings
 from demo.serve.model_file import Bones
+from demo.serve.options import DROP
 from demo.serve.packing import Packing
 from demo.serve.remote_input import PRESSED, RemoteInput
 from demo.state.grounds import Grounds
@@ -89,6 +91,7 @@ class Visitor:
         self.playing: Iterator[Command] | None = self._attract(attract) if attract else None
         self.replaying = False
         self._folder = folder
+        self._drops: set[Path] = set()  # folders of dropped files
         self._said: list[dict[str, Any]] = []
         self._told: dict[str, str] = {}  # what the page was told last, by its kind
         if character:
@@ -145,6 +148,7 @@ class Visitor:
     def drop(self, paths: Sequence[Path]) -> None:
         """Learns a style of files, or plays a recording."""
         self.wake()
+        self._drops |= {path.parent for path in paths if path.parent.name.startswith(DROP)}
         if len(paths) != 1 or paths[0].suffix != ".jsonl":
             self.drop_import.learn(paths)
         else:
@@ -313,8 +317,10 @@ class Visitor:
         return self._bones.packed(self.view.character.newest, self.frame.styled.root_position)
 
     def close(self) -> None:
-        """The page is gone: a recording ends, whole."""
+        """The page is gone: a recording ends, whole, and what was dropped goes."""
         capture.stop_recording(self._live)
+        for folder in self._drops:
+            shutil.rmtree(folder, ignore_errors=True)
 
     # ---- what the page is told ------------------------------------------------------
 

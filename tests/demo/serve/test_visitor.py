@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from demo.serve.options import DROP
 from demo.serve.visitor import Visitor
 from sim.command import Command
 from sim.io import recording
@@ -96,11 +97,15 @@ def test_a_recording_replays_to_the_same_poses_here_and_from_its_file(visitor):
     assert visitor.choice.style == {"all": "flapping"}, "and it is steered on in what it wore"
 
 
-def test_a_page_that_goes_ends_its_recording(visitor):
+def test_a_page_that_goes_ends_its_recording_and_takes_what_it_dropped(visitor, tmp_path):
+    drop = tmp_path / f"{DROP}1"
+    drop.mkdir()
+    visitor.drop([drop / "words.txt"])
     visitor.take({"do": "record"})
     steps(visitor, 3)
     visitor.close()
     (path,) = visitor.folder.glob("*.jsonl")
+    assert not drop.exists()
     assert len(recording.read(path)) == 3
 
 
