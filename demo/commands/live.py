@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from demo.commands.bench import positive
 from demo.commands.replay import CHARACTER_HELP, GROUND_HELP, MAP_HELP, STYLIZER_HELP, VMC_HELP
+from sim.io.bvh_parser import shorten
 
 if TYPE_CHECKING:
     from demo.export.vmc import Sender
@@ -139,8 +140,8 @@ def choose_character(args: argparse.Namespace) -> "Character | None":
 
 def crowd_size(text: str) -> int:
     """What argparse makes of the size of a crowd."""
-    if not text.isdecimal() or not 2 <= int(text) <= LARGEST_CROWD:
-        raise argparse.ArgumentTypeError(f"'{text}' is no size of a crowd: give 2 to {LARGEST_CROWD}")
+    if not (text.isascii() and text.isdecimal() and len(text) < 9) or not 2 <= int(text) <= LARGEST_CROWD:
+        raise argparse.ArgumentTypeError(f"'{shorten(text)}' is no size of a crowd: give 2 to {LARGEST_CROWD}")
     return int(text)
 
 

@@ -56,6 +56,7 @@ MISTAKES = {
     "--sideways": "--sideways",
     "--crowd 1": "'1' is no size of a crowd: give 2 to 64",
     "--crowd many": "'many' is no size of a crowd",
+    "--crowd ٣": "'٣' is no size of a crowd",
     "--seconds 3": "--seconds goes with --crowd N",
     "export": "required: format, OUT",
     "export fbx out": "invalid choice: 'fbx'",
