@@ -20,6 +20,7 @@ DEPTH = GRAVITY * FLIGHT / 2 * PUSH / 2  # metres that the hips sink: an even pu
 LEAN, HEAD_LEAN, SWING = np.radians((25.0, 8.0, 30.0))  # of the trunk, of the head with it, of the arms backwards
 SPEEDS = (0.3, 1.5)  # metres a second, between which a jump is less and less from the spot
 REACH = 0.9995  # share of a leg's length that is used
+NONE = 1e-6  # a share this small is none, and rounding is smaller
 
 _UPPER = np.flatnonzero(PART_OF_JOINT >= PART_NAMES.index("spine"))[1:]  # all joints above the hips
 _PITCH = np.zeros(len(PART_OF_JOINT))  # radians forward, about the character's left
@@ -38,9 +39,11 @@ def gathered(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
 
 
 def gather(pose: Pose, share: np.ndarray) -> Pose:
-    """The pose gathered by a share (...), its feet where they are."""
+    """The pose gathered by a share (...), its feet where they are; of one who is not, the pose as it is: inverse
+    kinematics would bend a leg that is straight."""
     ankles = pose.positions[..., LEGS[-1], :]
     axis = pose.to_world(LEFT[None])
     lean = rot.from_rotation_vector((share[..., None] * _PITCH)[..., None] * axis)
     low = pose.with_body(pose.hips - (DEPTH * share)[..., None] * UP, rot.multiply(lean, pose.rotations))
-    return reach(low, LEGS, ankles, KNEES_FORWARD, REACH)
+    rotations = reach(low, LEGS, ankles, KNEES_FORWARD, REACH).rotations
+    return pose.with_body(low.hips, np.where(share[..., None, None] > NONE, rotations, pose.rotations))
