@@ -98,6 +98,7 @@ def test_a_walk_is_steered_styled_recorded_and_replayed(page, tmp_path, monkeypa
     page.keyboard.press("Space")
     page.keyboard.press("[")
     page.keyboard.up("w")
+    page.wait_for_function("() => page.frame.answers === page.input.number")  # the jump is in a frame, so in the file
     with page.expect_download() as recorded:
         page.keyboard.press("r")
     with page.expect_event("download", lambda file: file.suggested_filename.endswith("npz")) as poses:
