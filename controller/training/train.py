@@ -27,7 +27,9 @@ DECAY_FROM = 0.1  # share of the time after which the learning rate falls along 
 # of it that is left at the end: what was trained on to nothing fitted the clips better and walked worse
 LAST_RATE = 0.4
 AVERAGE = 0.999  # of the weights, exponentially
-ROLLOUTS = ((0.0, 1), (0.1, 4), (0.3, 8))  # from which share of the time on, rollouts of how many frames
+# From which share of the time on, rollouts of how many frames. The last are as long as a step of a run, so that a gait
+# that drifts into another one is seen, and cost half as much again an update.
+ROLLOUTS = ((0.0, 1), (0.1, 4), (0.25, 8), (0.55, 16), (0.85, 32))
 POSE_SCALE = 0.3  # joint inputs are scaled down so that the trajectory matters (Holden et al. 2017 take 0.1)
 POSE_NOISE = 0.1  # standard deviations, on the pose a rollout starts from
 TRAJECTORY_NOISE = 0.02  # metres and direction units: the stick's wish is never quite a real future
