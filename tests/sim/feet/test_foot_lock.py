@@ -16,6 +16,7 @@ from sim.body.skeleton import (
     TOE_HEIGHT,
 )
 from sim.feet.foot_lock import MODERATE, FootLock
+from sim.ground.ground import Ground
 from sim.math import rotations as rot
 from sim.motion.feature_window import RingBuffer
 from tests.support.walker import walking_clip
@@ -311,3 +312,16 @@ def test_a_foot_that_pushes_off_is_not_pulled_down():
     assert flat[-1].positions[CONTACT_JOINTS[1], 1] < TOE_HEIGHT + 0.012
     np.testing.assert_allclose(rolling[-1].positions[CONTACT_JOINTS[1], 1], TOE_HEIGHT + 0.02, atol=0.001)
     np.testing.assert_allclose(rolling[-1].hips, standing(lift=0.02).hips, atol=0.001)
+
+
+def test_a_foot_is_held_once_it_is_down():
+    """Feet that are said to stand 10 cm over ground that goes down: they come down, and until then go along."""
+    lock = FootLock(Ground(np.full((2, 2), -0.1), 1.0))
+    poses = [standing(0.008 * frame) for frame in range(16)]
+    locked = [lock.step(pose, pose) for pose in poses]
+    heights = np.array([pose.positions[CONTACT_JOINTS, 1] for pose in locked]) + 0.1
+    contacts = np.array([pose.contacts for pose in locked])
+    assert contacts[0].max() == 0 and contacts[-1].min() == 1
+    assert heights[contacts > 0.5].max() < ANKLE_HEIGHT + 0.03
+    slid = np.array([pose.positions[3, 0] for pose in locked])
+    assert slid[3] - slid[0] > 0.02 and abs(slid[-1] - slid[-5]) < 1e-3
