@@ -71,7 +71,8 @@ class HandClearance:
             return pose
         self.way, self.rate = spring_step(self.way, self.rate, held, SMOOTHING_HALFLIFE, DT)
         longest, fastest = (
-            rot.length(each).max(axis=-2, keepdims=True) for each in (np.maximum(np.abs(held), np.abs(self.way)), self.rate)
+            rot.length(each).max(axis=-2, keepdims=True)
+            for each in (np.maximum(np.abs(held), np.abs(self.way)), self.rate)
         )
         free = (longest < NEGLIGIBLE) & (fastest < STILL)
         self.held, self.way, self.rate = (np.where(free, 0.0, each) for each in (held, self.way, self.rate))

@@ -132,9 +132,7 @@ def test_an_elbow_is_not_thrown_about_where_the_arm_is_stretched():
     poses = [with_hands((x, -0.10, 0.0), FREE[1]) for x in swing]
     assert max(depth(pose) for pose in poses) > 0.08
     clearance = HandClearance()
-    elbows = [
-        [pose.positions[LOWER[0]] for pose in each] for each in (poses, [clearance.step(pose) for pose in poses])
-    ]
+    elbows = [[pose.positions[LOWER[0]] for pose in each] for each in (poses, [clearance.step(pose) for pose in poses])]
     own, worst = (rot.length(np.diff(each, 2, axis=0)).max() * FPS**2 for each in elbows)
     assert worst - own < 2 * 9.81
 
