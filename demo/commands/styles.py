@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 POINTS_FPS = 30.0  # of key points, unless told otherwise
 
-HELP = "list the styles, add one from BVH files or from a video's key points, remove it, or capture the own style anew"
+HELP = "list the styles, add, rename or remove one of your own, or capture the own style anew"
 EXAMPLE = """patchwalk styles add limp.bvh --name limp
   patchwalk styles add walk.bvh run.bvh --name limp
   patchwalk styles add key_points/ --name limp --stylizer unpaired --fps 25
@@ -31,7 +31,7 @@ controller` ends with it."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="list|add|remove|capture")
+    actions = parser.add_subparsers(dest="action", required=True, metavar="list|add|rename|remove|capture")
     options: dict[str, Any] = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
     shown = actions.add_parser(
         "list",
@@ -61,11 +61,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         help="frames a second, where a BVH file says none that can be, or of key points (default: 30)",
     )
+    rename = actions.add_parser(
+        "rename",
+        help="call a style of your own something else, in your presets too",
+        epilog="example:\n  patchwalk styles rename limp hobble",
+        **options,
+    )
+    rename.add_argument("name", metavar="OLD", help="a name that `styles list` prints")
+    rename.add_argument("new", metavar="NEW", help="what to call it from now on")
     remove = actions.add_parser(
         "remove", help="forget a style of your own", epilog="example:\n  patchwalk styles remove limp", **options
     )
     remove.add_argument("name", help="a name that `styles list` prints")
-    for parser in (shown, add, remove):
+    for parser in (shown, add, rename, remove):
         parser.add_argument("--stylizer", metavar="NAME", help=STYLIZER_HELP)
     capture = actions.add_parser(
         "capture",
@@ -85,6 +93,8 @@ def run(args: argparse.Namespace) -> int:
         return 0
     if args.action == "remove":
         _remove(args.name)
+    elif args.action == "rename":
+        _rename(args.name, args.new, args.stylizer)
     elif args.action == "list":
         _list(args.stylizer)
     else:
@@ -126,6 +136,17 @@ def _remove(name: str) -> None:
             raise style_names.unknown_style(name, known)
         raise ValueError(f"'{name}' comes with Patchwalk and cannot be removed: only styles that you added can")
     print(f"removed {name}")
+
+
+def _rename(name: str, new: str, stylizer: str | None) -> None:
+    """Calls a style of the user's something else, in their presets too, as the window does. Raises ValueError where
+    there is none of that name, or the new one is none or taken."""
+    from demo.state.presets import Presets
+    from stylizer.runtime import catalogue
+
+    catalogue.load_bank(stylizer).rename(name, new)
+    Presets().rename(name, new)
+    print(f"renamed {name} to {new}")
 
 
 def _list(stylizer: str | None) -> None:

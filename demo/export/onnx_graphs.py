@@ -236,7 +236,7 @@ def record_feet(uneven: bool, double: bool) -> Made:
             Kept(stride, "_velocity", "of the root, m/s, in its own frame"),
             Kept(stride, "_mean", "styled and neutral feet along the way, on the average, m"),
             Kept(stride, "_products", "of their swings, square metres"),
-            Kept(clearance, "held", "what each hand is held out of the body, m"),
+            Kept(clearance, "held", "what elbow and wrist of each arm are held out of the body, m"),
             Kept(clearance, "way", "the same as it is drawn, m"),
             Kept(clearance, "rate", "how fast that changes, m/s"),
         ],

@@ -23,7 +23,7 @@ from sim.motion.clip import FPS
 from sim.session import Frame
 
 SIZE = (960, 540)  # pixels
-SUPERSAMPLE = 2  # nobody waits at a video: its scene is drawn twice as wide and as high
+SUPERSAMPLE = 2  # a scene is drawn twice as wide and as high: nobody waits at a video ...
 # The index in front, so that a browser can play at once; little effort, because the processor may be drawing as well.
 FFMPEG_OPTIONS = ["-crf", "20", "-preset", "veryfast", "-movflags", "+faststart"]
 GIF_SIZE = (640, 360)
@@ -84,7 +84,7 @@ def _pictures(
     view.dress(DrawnCharacter(character) if character else None)
     view.jump_to(frames[0])
     with _open(size) as window:
-        renderer = Renderer(window.size, supersample=SUPERSAMPLE)
+        renderer = Renderer(window.size, supersample=_supersample(step))
         drawn = tqdm(frames, "video", unit="frame", leave=False, disable=not sys.stderr.isatty())
         for number, frame in enumerate(drawn):
             view.panels = (panels.parts(worn(frame)),)
@@ -98,6 +98,14 @@ def _pictures(
                 picture = window.read_pixels()  # waits until it is drawn
             progress((number + 1) / len(frames))
             yield picture
+
+
+def _supersample(step: int) -> int:
+    """... but where a processor draws 60 pictures a second: outlines are smoothed there in any case, and it would take
+    twice as long. The window is open."""
+    from demo.render import gl
+
+    return 1 if step == 1 and gl.is_software() else SUPERSAMPLE
 
 
 def _write_mp4(path: Path, pictures: Generator[np.ndarray, None, None]) -> None:

@@ -151,7 +151,7 @@ def _resample(live: "Live", _: str) -> None:
         return
     try:
         live.stylizers.resample()
-        live.say("the styles named drawn-... are new")
+        live.say("the styles named drawn-... are others now")
     except ValueError as error:
         live.say(str(error), ALERT)
 

@@ -84,7 +84,7 @@ def apply_learned(live: "Live") -> None:
             if result.style not in live.choice.styles:  # another stylizer was chosen while it was learned
                 live.say(f"learned “{result.style}”: it is there when you choose the former stylizer again")
                 continue
-            live.choice.wear(result.style)
+            live.choice.replace_style(result.style)
             live.inset.play(result.clip, result.style)
             live.say(
                 (f"“{result.style}” is this very motion" if known else f"learned “{result.style}”")

@@ -9,9 +9,11 @@ from demo.figure.colours import OWN_STYLE, TWIN, spec_colour, worn
 from demo.render.view import View
 from demo.state.style_choice import OWN
 from demo.ui import panels
-from demo.ui.canvas import Box
+from demo.ui.canvas import ACCENT, Box
 from demo.ui.hud import Panel, Placed, scale_for
-from sim.body.skeleton import GROUPS, PART_NAMES, PARTS, expand_part
+from sim.body.pose import Pose
+from sim.body.skeleton import GROUPS, INDEX, PART_NAMES, PARTS, expand_part
+from sim.math.vectors import UP
 from sim.session import Frame
 from sim.style_spec import PartSpec, StyleSpec
 
@@ -21,6 +23,8 @@ REACH = 0.5  # metres from the middle of the figure that words beside it keep aw
 STEPS = (0, -1, 1, -2, 2, -3, 3, -4, 4)  # lines up and down from its part that words look for room
 # Where words of some width and height go that keep a distance from the figure: left and top, all in pixels.
 Corner = Callable[[float, float, float], tuple[float, float]]
+NEAR, MOST_TOLD = 3.0, 4  # metres from who is steered within which others of a crowd are told, and how many at most
+HEAD, CROWN = INDEX["Head"], 0.22  # the joint, and metres from it to over the top of the head
 CAPTIONS = {"beside": "neutral", "ghost": "neutral, see-through"}
 
 
@@ -40,15 +44,20 @@ class Labels:
                     self._until[part] = now + SECONDS
         self._before = style
 
-    def place(self, frame: Frame, view: View, size: tuple[int, int], now: float) -> list[Placed]:
+    def place(
+        self, frame: Frame, view: View, size: tuple[int, int], now: float, others: Sequence[StyleSpec] = ()
+    ) -> list[Placed]:
         """The words in a picture of that size, each where the panels, the figures and the words before it leave room;
-        none where there is no room at all."""
+        none where there is no room at all. others: what each of the crowd in the view moves in: who is steered is
+        pointed out, and those that come near are told."""
         changes = list(self._changes(worn(frame), now))
-        if not (view.twin or changes):
+        if not (view.twin or view.crowd or changes):
             return []
         room = _Room(view.free_area(size), scale_for(size))
         figure = view.own_box(frame, size)
         room.taken.append(figure)
+        if view.crowd:
+            self._tell_crowd(room, frame, view, size, others)
         if view.twin:
             twin = view.figure_box(frame.neutral, size, view.twin_shift(frame))
             room.taken.append(twin)
@@ -67,10 +76,22 @@ class Labels:
             if view.twin != "beside":
                 beside += [partial(_left_of, left, at, step) for step in STEPS]
             words = [panels.label(each, colour) for each in texts]
-            over: list[Corner] = [partial(_over, figure, step) for step in range(1, len(STEPS))]
+            lines = range(1, len(STEPS))
+            ends: list[Corner] = [partial(each, figure, step) for each in (_over, _under) for step in lines]
             if not room.put(words, beside):
-                room.put(words, over)
+                room.put(words, ends)
         return room.placed
+
+    def _tell_crowd(
+        self, room: "_Room", frame: Frame, view: View, size: tuple[int, int], styles: Sequence[StyleSpec]
+    ) -> None:
+        """Over the heads: who is steered, and what those who are near it move in."""
+        assert view.crowd
+        poses, _ = view.crowd
+        room.put([panels.label("you", ACCENT)], [partial(_over, _head(view, frame.styled, size), 1)])
+        away = np.linalg.norm(poses.root_position - frame.styled.root_position, axis=-1)
+        for one in [each for each in np.argsort(away)[:MOST_TOLD] if away[each] < NEAR]:
+            room.put([panels.mixture(styles[one])], [partial(_over, _head(view, poses[one], size), 1)])
 
     def _changes(self, style: StyleSpec, now: float) -> Iterator[tuple[str, str, PartSpec | None]]:
         """What is to be said, of which part or group, and its style: parts of a group in one style go together."""
@@ -82,6 +103,12 @@ class Labels:
                 (spec,) = specs
                 left = [part for part in left if part not in parts]
                 yield f"{panels.spec_text(spec)} {spec.strength:.0%}" if spec else OWN, name, spec
+
+
+def _head(view: View, pose: Pose, size: tuple[int, int]) -> Box:
+    """The box of no width and no height at the top of a figure's head, in pixels."""
+    left, top, _ = view.pixels(pose.positions[HEAD][None] + CROWN * UP, size)[0]
+    return float(left), float(top), 0.0, 0.0
 
 
 class _Room:
@@ -118,6 +145,11 @@ def _left_of(border: float, at: float, step: int, width: float, height: float, a
 
 def _over(figure: Box, step: int, width: float, height: float, away: float) -> tuple[float, float]:
     return figure[0] + (figure[2] - width) / 2, figure[1] - away * 0.6 - height - (step - 1) * (height + away * 0.6)
+
+
+def _under(figure: Box, step: int, width: float, height: float, away: float) -> tuple[float, float]:
+    gap = away * 0.6
+    return figure[0] + (figure[2] - width) / 2, figure[1] + figure[3] + gap + (step - 1) * (height + gap)
 
 
 def _meet(one: Box, other: Box, gap: float) -> bool:

@@ -13,7 +13,7 @@ import pygame
 from demo.export import export_jobs
 from demo.export.vmc import Sender
 from demo.figure.character_model import DrawnCharacter
-from demo.figure.colours import part_colours, worn
+from demo.figure.colours import OWN_STYLE, part_colours, worn
 from demo.input.devices import Devices, take_events
 from demo.live import actions, capture, overlay
 from demo.live.debug_overlay import DebugOverlay
@@ -50,7 +50,10 @@ MAX_CATCH_UP = 4  # simulated frames that one picture may make up for; a longer 
 TOAST_SECONDS = 4.0
 READING_SPEED = 20.0  # letters a second
 DISTANCE = 3.5  # metres from the figure to the camera, at first
-FARTHER = 4  # notches that the camera goes away where a crowd is to be seen
+# Where a crowd is to be seen: metres that the camera goes away for each that the crowd is wide to a side, and at least,
+# and how far down it looks, in radians: whoever stands in front then covers little of who is steered.
+CROWD_DISTANCE, LEAST_CROWD_DISTANCE, CROWD_PITCH = 1.25, 5.0, 0.5
+PALER = 0.4  # how far a crowd's colours are on their way to that of no style, so that who is steered stands out
 FIGURES_SECONDS = 0.25  # how often the figures of the status line change
 ATTRACT_ORBIT = 0.12  # radians a second that the camera goes round while the window plays by itself
 
@@ -302,8 +305,9 @@ class Live:
     def join(self, crowd: Crowd) -> None:
         """Others walk about from now on."""
         self.crowd = crowd
-        self.crowd_colours = np.array([part_colours(style) for style in crowd.styles])
-        self.view.camera.zoom(-FARTHER)
+        colours = np.array([part_colours(style) for style in crowd.styles])
+        self.crowd_colours = colours + PALER * (np.array(OWN_STYLE) - colours)
+        self.view.camera.stand_at(max(CROWD_DISTANCE * crowd.half, LEAST_CROWD_DISTANCE), CROWD_PITCH)
 
     def wake(self) -> None:
         """Somebody touched a control: the attract mode ends, and the character is theirs."""

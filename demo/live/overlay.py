@@ -32,11 +32,10 @@ def look(live: "Live", now: float) -> None:
     live.devices.pointer.regions = [region for panel in placed for region in (Region(panel.box, ""), *panel.regions())]
     under = live.devices.pointer.under()
     view.over = (hud.highlight(under, size),) if under and under.action else ()
-    if not live.helping:
-        view.make_room(size)
-        if live.frame:
-            live.labels.follow(live.frame, now)
-            view.over += tuple(live.labels.place(live.frame, view, size, now))
+    view.make_room(size)
+    if live.frame:
+        live.labels.follow(live.frame, now)
+        view.over += tuple(live.labels.place(live.frame, view, size, now, live.crowd.styles if live.crowd else ()))
 
 
 def _panels(live: "Live") -> Iterator[hud.Panel]:
@@ -54,8 +53,10 @@ def _panels(live: "Live") -> Iterator[hud.Panel]:
             yield panels.menu(live.menu, live.presets, lambda action: actions.is_on(live, action))
         if not live.hidden:
             yield from _main_panels(live)
-    for _, text, colour in reversed(live.toasts[-MOST_TOASTS:]):
-        yield panels.line(text, "top", colour)
+    if live.toasts:
+        said = [(text, colour) for _, text, colour in reversed(live.toasts)]
+        newest = list(dict.fromkeys(said))[:MOST_TOASTS]
+        yield panels.messages([each for each in said if each in newest])
     if live.inset.playing:
         width, height = (720 * side for side in SIDES)
         yield panels.clip(live.inset.style, width, height)

@@ -59,6 +59,11 @@ class Camera:
         """Comes closer by a tenth for each notch, goes away for negative ones."""
         self._wanted["distance"] = float(np.clip(self._wanted["distance"] * 0.9**notches, *DISTANCE_LIMITS))
 
+    def stand_at(self, distance: float, pitch: float) -> None:
+        """Glides to so many metres away, looking down by an angle in radians, as far as it can."""
+        self._wanted["distance"] = float(np.clip(distance, *DISTANCE_LIMITS))
+        self._wanted["pitch"] = float(np.clip(pitch, *PITCH_LIMITS))
+
     def follow(
         self, position: np.ndarray, seconds: float, ground: Ground | None = None, aside: np.ndarray | float = 0.0
     ) -> None:

@@ -165,7 +165,7 @@ class Target:
     """A picture that can be drawn into: colour (a texture, or multisampled) and, if asked, depth."""
 
     def __init__(self, width: int, height: int, samples: int = 0, depth: bool = True, single: bool = False) -> None:
-        self.width, self.height = width, height
+        self.width, self.height, self.samples = width, height, samples
         self.texture: int | None = None
         self._buffers: list[int] = []
         before = bound_framebuffer()
@@ -196,7 +196,7 @@ class Target:
 
     def resolve_to(self, framebuffer: int, size: tuple[int, int]) -> None:
         """Copies the colours, samples averaged, to all of another framebuffer of (width, height) pixels and leaves that
-        bound. Only a picture without samples may be magnified."""
+        bound."""
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self.handle)
         GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, framebuffer)
         GL.glBlitFramebuffer(
@@ -208,8 +208,7 @@ class Target:
             0,
             *size,
             GL.GL_COLOR_BUFFER_BIT,
-            # a processor takes longer to smooth a small picture than to draw a large one
-            GL.GL_NEAREST if size == (self.width, self.height) or is_software() else GL.GL_LINEAR,
+            GL.GL_NEAREST if size == (self.width, self.height) else GL.GL_LINEAR,
         )
         bind_framebuffer(framebuffer, size)
 

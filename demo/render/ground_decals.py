@@ -20,6 +20,7 @@ SHADE = (0.10, 0.12, 0.16)
 CONTACT = (0.13, 0.60, 0.56)
 WAY_HEIGHT = 0.012  # metres that ways lie above the floor
 WAY_STEP = 0.1  # metres between the points of a way that follows uneven ground
+STEERED, STEERED_RADIUS = (1.0, 0.72, 0.20), 0.5  # of the ring round who is steered in a crowd; metres
 ARROW_MARGIN = 0.05  # metres about an arrow within which it is drawn
 
 
@@ -46,6 +47,11 @@ def contacts(pose: Pose) -> list[tuple]:
         for joint, contact, radius in zip(CONTACT_JOINTS, pose.contacts, RING_RADII, strict=True)
         if contact > 0.05
     ]
+
+
+def steered(pose: Pose) -> list[tuple]:
+    """A ring round who is steered, to be found in a crowd."""
+    return [(*pose.root_position[[0, 2]], STEERED_RADIUS, 0.0, *STEERED, 0.95, RING, 0.03)]
 
 
 def arrow(frame: Frame) -> list[tuple]:

@@ -56,7 +56,9 @@ class Renderer:
         self.size = size[0], size[1]
         scale = self._supersample / self._quality.shrink
         width, height = (max(1, round(side * scale)) for side in size)
-        self._scene = self._gl.Target(width, height, samples=self._samples if self._quality.smooth else 0)
+        # a picture of several samples cannot be magnified: its outlines are smoothed as where a processor draws
+        several = self._quality.smooth and self._quality.shrink == 1
+        self._scene = self._gl.Target(width, height, samples=self._samples if several else 0)
         self._gl.bind_framebuffer(output, self.size)
 
     def draw(self, frame: Frame, view: View) -> None:
@@ -82,7 +84,7 @@ class Renderer:
             ground.shade(shadow, area, world_to_clip)
         ground.mark(_marks(frame, view), world_to_clip)
         seen = {"world_to_clip": world_to_clip, "eye": camera.eye, "half_size": half_size}
-        self._bodies.draw(smooth=self._quality.smooth and not self._samples, to_light=TO_LIGHT, **seen)
+        self._bodies.draw(smooth=self._quality.smooth and not self._scene.samples, to_light=TO_LIGHT, **seen)
         self._bodies.draw_ghosts(_ghosts(frame, view), **seen)
         self._lines.draw(_lines(frame, view, size), world_to_clip=world_to_clip, half_size=half_size)
 
@@ -122,6 +124,7 @@ def _marks(frame: Frame, view: View) -> np.ndarray:
         poses, _ = view.crowd
         for one in range(len(poses.hips)):
             rows += ground_decals.shades(poses[one], view.ground)
+        rows += ground_decals.steered(frame.styled)
     if view.contacts:
         rows += ground_decals.contacts(frame.styled)
     if view.arrow and view.paths is None:

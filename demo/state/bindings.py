@@ -86,9 +86,10 @@ CONTROLS = (
         menu="style",
     ),
     Control("all back to no style", {"reset": ("delete", "shift+backspace")}, touch="“reset all”", menu="style"),
-    Control("rename your style (X: remove it)", {"rename": (), "remove": ()}, touch="its buttons", menu="style"),
+    Control("rename a style of yours", {"rename": ()}, touch="“rename”", menu="style"),
+    Control("remove a style of yours", {"remove": ()}, touch="“remove”", menu="style"),
     Control("next stylizer", {"stylizer_next": ("y",)}, {"stylizer_next": ("lefttrigger+b",)}, menu="style"),
-    Control("renew the styles named drawn-...", {"reroll": ("u",)}, menu="style"),
+    Control("other random styles (drawn-...)", {"reroll": ("u",)}, menu="style"),
     Control(
         "random styles on all parts", {"random": ("v",)}, {"random": ("lefttrigger+x",)}, touch="“random”", menu="style"
     ),

@@ -119,7 +119,7 @@ class StyleChoice:
             raise ValueError(f"unknown style '{name}': `patchwalk styles list` shows what there is")
         self._change(lambda part, spec: self._with_style(part, spec, name))
 
-    def wear(self, name: str) -> None:
+    def replace_style(self, name: str) -> None:
         """Gives the picked parts a style in place of whatever they have, blends too, so that it is seen."""
         self.blending = False
         self._change(lambda part, spec: PartSpec(name, self._strength[part] or 1.0))

@@ -11,16 +11,16 @@ from demo.ui.widgets import Cell, Table
 
 SHEET = (*BACKGROUND[:3], 0.97)
 LINE = 16.8  # units from line to line
-TOP = 68  # units from the border of the window that the buttons in the corner take
+FIGURE = 250  # units beside the help that it leaves to the figure, if it can
 Rows = tuple[tuple[Cell, ...], ...]
 HEAD = tuple(Cell(text, FAINT) for text in ("", "keyboard", "mouse", "gamepad"))
 
 
 def pages(bindings: Bindings = DEFAULT, size: tuple[int, int] = (1280, 720)) -> tuple[Panel, ...]:
-    """The pages for a window of (width, height) pixels."""
+    """The pages for a window of (width, height) pixels, at its left, so that the figure is seen beside them."""
     groups = tuple((name, tuple(rows)) for name, rows in bindings.help_groups().items())
     width, height = (side / scale_for(size) for side in size)
-    return _pages(groups, width - 2 * MARGIN - 2 * PADDING, height - TOP - MARGIN - 2 * PADDING - 2 * LINE)
+    return _pages(groups, width - 2 * MARGIN - 2 * PADDING - FIGURE, height - 2 * MARGIN - 2 * PADDING - 2 * LINE)
 
 
 @cache
@@ -38,7 +38,7 @@ def _pages(groups: tuple, width: float, height: float) -> tuple[Panel, ...]:
 def _page(columns: Columns, number: int, count: int) -> Panel:
     turn = f"Page {number} of {count}: F1 turns it" if number < count else "F1 or Esc closes this"
     foot = f"LT, RT: left and right trigger; LB, RB: left and right shoulder button.  {turn}"
-    return Panel((columns, Sentence(foot, FAINT, SMALL)), "center", colour=SHEET)
+    return Panel((columns, Sentence(foot, FAINT, SMALL)), "top left", colour=SHEET)
 
 
 def _block(name: str, rows: tuple[tuple[str, str, str, str], ...]) -> Rows:

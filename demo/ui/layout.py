@@ -1,5 +1,6 @@
 """Where panels go in a window so that none covers another, and the area that they leave to the figure."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,7 +16,6 @@ ANCHORS = {  # where a panel sits: at which side, and which way the next one the
     "bottom right": ("right", -1),
     "top": ("middle", 1),
     "bottom": ("middle", -1),
-    "center": ("all", 1),
 }
 ASIDE = 0.5  # a figure at the border of the picture has to be larger by a quarter than one in the middle
 MOST_OF_HEIGHT = 0.4  # that panels above or below the figure may take
@@ -24,15 +24,14 @@ MOST_OF_HEIGHT = 0.4  # that panels above or below the figure may take
 @lru_cache(maxsize=16)
 def place(panels: tuple[Panel, ...], size: tuple[int, int]) -> tuple[Placed, ...]:
     """The panels in a window of that size in pixels, the first ones first: those for which there is no room are left
-    out. Lists become shorter, and sentences go on in the next line, where they must."""
+    out. Lists become shorter, sentences go on in the next line, and the last of several are left out, where they
+    must."""
     arranger = _Arranger(size)
     for side in ("left", "right"):
         arranger.stack([panel for panel in panels if ANCHORS[panel.anchor][0] == side])
     for panel in panels:
         if ANCHORS[panel.anchor][0] == "middle":
             arranger.put_between(panel)
-        elif panel.anchor == "center":
-            arranger.put_over_all(panel)
     return tuple(arranger.placed)
 
 
@@ -86,12 +85,8 @@ class _Arranger:
         fits = used + height <= MOST_OF_HEIGHT * (self.height - 2 * MARGIN)
         if fits and not self._covers(left, top, width, height):
             self._put(wrapped, left, top)
-
-    def put_over_all(self, panel: Panel) -> None:
-        """Puts a panel in the middle of the window, under what is placed at its top."""
-        (width, height), top = panel.size(), max((box[3] + GAP for box in self._boxes), default=MARGIN)
-        top += max(0.0, self.height - MARGIN - top - height) / 2
-        self._put(panel, (self.width - width) / 2, top)
+        elif len(panel.widgets) > 1:
+            self.put_between(replace(panel, widgets=panel.widgets[:-1]))
 
     def _between(self, top: float, bottom: float) -> tuple[float, float]:
         """From where to where there is room between the sides, from one height to another."""

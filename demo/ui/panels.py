@@ -1,11 +1,12 @@
 """The panels of the live window, each made of widgets from what the program knows."""
 
+from collections import Counter
 from pathlib import Path
-from typing import Callable, Collection, Mapping
+from typing import Callable, Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from demo.figure.colours import OWN_STYLE, part_colours, style_colour
+from demo.figure.colours import OWN_STYLE, part_colours, spec_colour, style_colour
 from demo.state.bindings import MENU_PAGES, SLOTS
 from demo.state.presets import Presets
 from demo.state.style_choice import HALF, MIXED, OWN, StyleChoice
@@ -40,6 +41,7 @@ STYLE_PANEL_WIDTH = 282
 OFF = (0.42, 0.47, 0.53)  # the dot of a toggle that is off
 LISTED = 8  # styles seen at once; the slider of a blend takes the room of one
 INSIGHT_WIDTH = 212  # units of what is seen inside
+TINY, WORN, INDENT = 13, 14.5, 16  # heights of letters: of a part and of its style; units that a style's dot takes
 UP_DOWN = ("style_previous", "style_next")
 
 
@@ -107,7 +109,7 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool, naming: tupl
     )
     diagram = Diagram(colours, choice.parts)
     room = STYLE_PANEL_WIDTH - diagram.size()[0] - GAP
-    lines = tuple(Label(text, colour, size) for text, colour, size in _style_lines(choice, room))
+    lines = tuple(_style_lines(choice, room))
     listed = (OWN, *choice.shown)
     styles = tuple(
         Choice(
@@ -163,30 +165,35 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool, naming: tupl
     return Panel(tuple(widgets), "top left", STYLE_PANEL_WIDTH)
 
 
-def _style_lines(choice: StyleChoice, room: float) -> list[tuple[str, Colour, float]]:
-    """What stands beside the body, in lines of so many units: the picked part, and each part's style below."""
-    lines: list[tuple[str, Colour, float]] = [(readable(choice.picked), ACCENT, 18)]
+def _style_lines(choice: StyleChoice, room: float) -> Iterator[Label]:
+    """What stands beside the body, in lines of so many units: the picked part; then each part, small, and under it its
+    style, large, with a dot of its colour."""
+    yield Label(readable(choice.picked), ACCENT, 18)
     for part in PART_NAMES:
         spec = choice.style.get(part)
-        picked = part in choice.parts
-        words = wrap(f"{spec_text(spec)} {spec.strength:.0%}", room, SMALL) if spec else []
-        name = readable(part) if spec else f"{readable(part)}: {OWN}"
-        lines += [(line, INK if picked else FAINT, SMALL) for line in (name, *words)]
-    return lines
+        yield Label(readable(part), ACCENT if part in choice.parts else FAINT, TINY)
+        words = f"{spec_text(spec)}{' at' if spec.other else ''} {spec.strength:.0%}" if spec else OWN
+        swatch = tuple(spec_colour(spec).round(3).tolist()) if spec else OWN_STYLE
+        for line in wrap(words, room - INDENT, WORN):
+            yield Label(line, INK if spec else FAINT, WORN, swatch, INDENT)
+            swatch = None  # of the first line alone
 
 
 def presets(slots: Presets) -> Panel:
-    """The eight presets: a click uses one, the right button saves the current styles."""
+    """The eight presets: a click uses one, or saves the current styles in an empty one; so does the right button in
+    any."""
     buttons = []
     for slot in SLOTS:
         name, style = slots.slots.get(slot, ("", StyleSpec()))
         swatches = tuple(map(tuple, part_colours(style).round(3).tolist())) if name else ()
+        save = f"save_{slot}"
         buttons.append(
-            Button(name or f"{slot}: right click saves", f"preset_{slot}", other=f"save_{slot}", swatches=swatches)
+            Button(name or "save styles here", f"preset_{slot}" if name else save, other=save, swatches=swatches)
         )
     pairs = (tuple(buttons[place : place + 2]) for place in range(0, len(buttons), 2))
     rows = tuple(Buttons(pair, SMALL, STYLE_PANEL_WIDTH) for pair in pairs)
-    return Panel(rows, "top left", STYLE_PANEL_WIDTH)
+    head = Label("presets: right click saves your styles there", FAINT, TINY)
+    return Panel((head, *rows), "top left", STYLE_PANEL_WIDTH)
 
 
 def corner(menu_open: bool, helping: bool, hidden: bool) -> Panel:
@@ -249,6 +256,19 @@ def line(text: str, anchor: str, colour: Colour = INK) -> Panel:
     return Panel((Sentence(text, colour),), anchor)
 
 
+def messages(said: Sequence[tuple[str, Colour]]) -> Panel:
+    """Sentences under each other, the most important first; one that was said several times stands there once, with a
+    count. Where there is little room the last ones are left out."""
+    counts = Counter(said)
+    return Panel(
+        tuple(
+            Sentence(text if count == 1 else f"{text} ({count} times)", colour)
+            for (text, colour), count in counts.items()
+        ),
+        "top",
+    )
+
+
 def legend(entries: Mapping[str, Colour]) -> Panel:
     """What the colours of lines and figures on the scene mean."""
     return Panel(
@@ -295,6 +315,13 @@ def title(stylizer: str) -> tuple[Panel, ...]:
 def label(text: str, swatch: Colour | None = None) -> Panel:
     """A few words beside the figure."""
     return Panel((Table(((Cell(text, INK, swatch),),), letters=SMALL, line=16),), padding=6)
+
+
+def mixture(style: StyleSpec) -> Panel:
+    """What somebody in a crowd moves in: the styles of legs, spine and arms, in their colours."""
+    specs = dict.fromkeys(spec for group in GROUPS for part in GROUPS[group] if (spec := style.get(part)))
+    cells = tuple(Cell(spec_text(spec), FAINT, tuple(spec_colour(spec).round(3).tolist())) for spec in specs)
+    return Panel((Table((cells,), letters=TINY, line=14),), padding=5)
 
 
 def clip(style: str, width: float, height: float) -> Panel:

@@ -116,17 +116,22 @@ class Table(Untouched):
 
 @dataclass(frozen=True)
 class Label(Untouched):
-    """A line of text, shortened to the room there is."""
+    """A line of text, shortened to the room there is; with `swatch`, a dot of that colour stands before it."""
 
     text: str
     colour: Colour = INK
     letters: float = TEXT
+    swatch: Colour | None = None
+    indent: float = 0
 
     def size(self) -> tuple[float, float]:
         return 0, self.letters + 5
 
     def paint(self, canvas: Canvas, box: Box) -> None:
-        canvas.text(shorten(self.text, box[2], self.letters), box[0], box[1] + box[3] / 2, self.colour, self.letters)
+        room, middle = box[2] - self.indent, box[1] + box[3] / 2
+        if self.swatch:
+            canvas.disc(box[0] + SWATCH, middle, SWATCH, self.swatch)
+        canvas.text(shorten(self.text, room, self.letters), box[0] + self.indent, middle, self.colour, self.letters)
 
 
 @dataclass(frozen=True)

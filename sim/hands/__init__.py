@@ -1,1 +1,1 @@
-"""Hands: kept out of the body."""
+"""Hands and forearms: kept out of the body."""

@@ -25,6 +25,7 @@ from sim.session import Session
 from stylizer.data import style_labels
 from stylizer.data.domains import label_of
 from stylizer.data.style_labels import labelled_files
+from stylizer.evaluation.arm_benchmark import format_arms, frames_of, measure_arms
 from stylizer.evaluation.metrics import motion_amplitude
 from stylizer.evaluation.motion_classifiers import KINDS, STEPS, TOP, Panel, load_panels
 from stylizer.styles import bundled_styles
@@ -221,7 +222,7 @@ def evaluate_live(
     Raises ValueError where `data_dir` lacks the labelled motion or the clips of the bundled styles."""
     files = labelled_files(data_dir)
     frames = sum(round((settle_seconds(movement) + seconds) * FPS) for movement in movements)
-    steps = sum(map(len, files.values())) + 2 * len(KINDS) * STEPS + frames + SWITCHES * FPS
+    steps = sum(map(len, files.values())) + 2 * len(KINDS) * STEPS + frames + SWITCHES * FPS + frames_of(movements)
     tick = progress(steps) if progress else lambda: None
     classifiers = load_panels(style_labels.load(data_dir, tick), cache_folder(), tick)
     references = load_references(data_dir, files)
@@ -250,6 +251,7 @@ def evaluate_live(
         "movements": totals,
         "rows": rows,
         "switches": measure_switches(session, styles, tick),
+        "arms": measure_arms(session, movements, MOVEMENTS["walk_1.3"], tick),
     }
     return LiveEvaluation(report, drawn_by_movement, neutral_by_movement, references)
 
@@ -488,4 +490,4 @@ def format_table(report: dict) -> str:
         f"{found['fastest_deg_s']:.0f}), {found['over_15_cm']} with a joint over 15 cm in a frame (farthest "
         f"{found['farthest_cm']:.1f})"
     )
-    return "\n".join(lines)
+    return "\n".join([*lines, format_arms(report["arms"])])

@@ -6,8 +6,10 @@ from pathlib import Path
 import pytest
 
 from demo import cli
+from demo.state.presets import Presets
 from demo.state.style_names import movement_names
 from sim.io import bvh
+from sim.style_spec import StyleSpec
 from stylizer.runtime import catalogue
 from stylizer.styles.code_bank import CodeBank
 from stylizer.systems.registry import SYSTEMS
@@ -48,6 +50,33 @@ def test_several_files_make_one_style_and_each_says_what_was_taken(clips, capsys
     )
     assert cli.main(["styles", "remove", "limp"]) == 0 and capsys.readouterr().out == "removed limp\n"
     assert cli.main(["styles", "list"]) == 0 and "limp" not in capsys.readouterr().out
+
+
+def test_a_style_is_renamed_in_the_presets_too(clips, capsys):
+    cli.main(["styles", "add", "walk.bvh", "--name", "limp"])
+    Presets().save(8, StyleSpec({"legs": "limp"}))
+    capsys.readouterr()
+    assert cli.main(["styles", "rename", "limp", "hobble"]) == 0
+    assert capsys.readouterr().out == "renamed limp to hobble\n"
+    assert "hobble" in catalogue.load_bank().names and "limp" not in catalogue.load_bank().names
+    assert Presets().slots[8] == ("hobble legs", StyleSpec({"legs": "hobble"}))
+
+
+@pytest.mark.parametrize(
+    "names, said",
+    [
+        ("zombie ghoul", "'zombie' comes with Patchwalk and cannot be renamed"),
+        ("nobody ghoul", "unknown style 'nobody'"),
+        ("limp zombie", "zombie"),
+    ],
+)
+def test_what_cannot_be_renamed_stays(clips, capsys, names, said):
+    cli.main(["styles", "add", "walk.bvh", "--name", "limp"])
+    capsys.readouterr()
+    assert cli.main(["styles", "rename", *names.split()]) == 2
+    out, wrong = capsys.readouterr()
+    assert said in wrong and wrong.count("\n") == 1 and out == ""
+    assert "limp" in catalogue.load_bank().names
 
 
 @pytest.mark.parametrize(

@@ -215,7 +215,7 @@ def test_a_style_that_is_worn_takes_the_place_of_a_blend():
     choice.restore({"all": ("old", 0.8, "proud", 0.5)})
     choice.blending = True
     choice.pick("all")
-    choice.wear("proud")
+    choice.replace_style("proud")
     assert not choice.blending and set(choice.style.values()) == {PartSpec("proud", 0.8)}
 
 

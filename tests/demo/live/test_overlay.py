@@ -2,6 +2,8 @@
 from the figures."""
 
 import itertools
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -53,9 +55,8 @@ def boxes_of(live: Live) -> dict[str, tuple]:
     size, view, frame = live.window.size, live.view, live.frame
     flat = [*layout.place(view.panels, size), *(each for each in view.over if not isinstance(each.panel, Highlight))]
     boxes = {f"{number}: {str(placed.panel)[:300]}": placed.box for number, placed in enumerate(flat)}
-    if not live.helping:
-        boxes["figure"] = view.figure_box(frame.styled, size)
-    if view.twin and not live.helping:
+    boxes["figure"] = view.figure_box(frame.styled, size)
+    if view.twin:
         boxes["twin"] = view.figure_box(frame.neutral, size, view.twin_shift(frame))
     return boxes
 
@@ -92,11 +93,12 @@ def test_nothing_covers_anything_whatever_is_on(live, size):
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_the_help_keeps_away_from_the_buttons_over_it(live, size):
-    for page in (1, 2):
-        live.helping = page
+def test_the_help_keeps_away_from_the_buttons_and_the_figure(live, size):
+    for page, twin in itertools.product((1, 2), ("", "beside", "ghost")):
+        live.helping, live.view.twin = page, twin
         settle(live, size)
         assert_apart(live)
+        assert boxes_of(live)["figure"][3] > size[1] / 5, "it is large enough to be looked at"
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -219,3 +221,33 @@ def test_the_twin_has_a_caption(live):
 
 def test_the_clip_of_a_style_is_played_in_its_panel():
     assert Inset().style == ""
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_in_a_crowd_who_is_steered_is_pointed_out_and_who_is_near_is_told(live, size):
+    here = live.frame.styled
+    places = np.array([[1.0, 0, 0.5], [-1.2, 0, -0.5], [9.0, 0, 0]])
+    poses = type(here).stacked(
+        [replace(here, root_position=here.root_position + at, hips=here.hips + at) for at in places]
+    )
+    styles = [StyleSpec({"legs": name, "arms": "bent"}) for name in BENDS]
+    live.crowd = SimpleNamespace(poses=poses, styles=styles, half=6.0)
+    live.crowd_colours = np.array([part_colours(style) for style in styles])
+    live.view.camera.stand_at(8.0, 0.5)
+    settle(live, size)
+    told = [[cell.text for cell in placed.panel.widgets[0].rows[0]] for placed in live.view.over]
+    assert told[0] == ["you"] and 1 < len(told) <= 3
+    assert all(words in (["bent"], ["flapping", "bent"]) for words in told[1:]), "the third is far off"
+    assert_apart(live)
+
+
+def test_a_crowd_is_looked_down_on_from_farther_away_the_larger_it_is(live):
+    eyes = []
+    for half in (2.0, 6.0):
+        crowd = SimpleNamespace(poses=None, styles=[StyleSpec({"legs": "bent"})], half=half)
+        live.join(crowd)
+        live.view.follow(live.frame, 10.0)
+        eyes.append((live.view.camera.distance, live.view.camera.pitch))
+    assert 4 < eyes[0][0] < eyes[1][0] and eyes[0][1] == eyes[1][1] > 0.4
+    bent = np.array(part_colours(StyleSpec({"legs": "bent"})))
+    assert np.ptp(live.crowd_colours[0], axis=-1).max() < np.ptp(bent, axis=-1).max(), "paler than who is steered"

@@ -9,6 +9,7 @@ from demo.figure import body, skin
 from demo.figure.forms import BIND
 from demo.render.camera import Camera
 from demo.render.ground_mesh import TO_LIGHT
+from demo.render.quality import QUALITIES
 from demo.render.renderer import Renderer, View
 from sim.body.skeleton import INDEX, JOINT_COUNT
 from sim.command import Command
@@ -135,6 +136,18 @@ def test_a_supersampled_picture_is_the_same_but_for_its_edges(screen):
         Renderer((SIDE, SIDE), samples=0, supersample=supersample).draw(frame, View(arrow=False))
         pictures.append(screen.read_pixels().astype(int))
     assert 0 < np.abs(pictures[0] - pictures[1]).mean() < 3
+
+
+@pytest.mark.parametrize("samples", [0, 4])
+def test_a_small_picture_is_magnified_without_blocks(screen, samples):
+    renderer = Renderer((SIDE, SIDE), samples=samples)
+    steps = []
+    for level in (0, next(level for level, quality in enumerate(QUALITIES) if quality.shrink == 3)):
+        screen.bind()
+        renderer.simplify(level)
+        renderer.draw(Frame(Command(), BIND, BIND), View(arrow=False, contacts=False))
+        steps.append(np.abs(np.diff(screen.read_pixels().astype(int), axis=1)).max())
+    assert steps[1] < 0.6 * steps[0], "from one pixel to the next there is less than an outline: blocks have all of it"
 
 
 def test_skins_of_other_skeletons_are_posed_by_their_own_bones():

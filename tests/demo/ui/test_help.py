@@ -26,10 +26,17 @@ def test_every_control_is_there_once_and_every_page_fits(size):
         assert left >= 0 and top >= 0 and left + width <= size[0] and top + height <= size[1]
 
 
-def test_it_is_one_page_of_two_columns_in_the_usual_window_and_pages_in_a_small_one():
-    (page,) = help.pages(DEFAULT, (1280, 720))
+@pytest.mark.parametrize("size", SIZES)
+def test_every_page_leaves_room_for_the_figure_beside_it(size):
+    for page in help.pages(DEFAULT, size):
+        (placed,) = layout.place((page,), size)
+        assert size[0] - placed.box[0] - placed.box[2] > 0.2 * size[0]
+
+
+def test_it_is_one_page_of_two_columns_where_the_window_is_wide_enough_for_that_too():
+    (page,) = help.pages(DEFAULT, (2560, 1080))
     assert len(page.widgets[0].tables) == 2
-    assert len(help.pages(DEFAULT, (1152, 648))) == 1 and len(help.pages(DEFAULT, (800, 600))) == 2
+    assert len(help.pages(DEFAULT, (1280, 720))) == len(help.pages(DEFAULT, (800, 600))) == 2
 
 
 def test_controls_stand_under_headings():

@@ -7,14 +7,14 @@ from demo.state.bindings import DEFAULT
 from demo.state.presets import Presets
 from demo.state.style_choice import StyleChoice
 from demo.ui import help, hud, layout, panels
-from demo.ui.canvas import ACCENT, SMALL, Canvas, shorten, text_width, wrap
+from demo.ui.canvas import ACCENT, ALERT, INK, SMALL, Canvas, shorten, text_width, wrap
 from demo.ui.menu import Menu
 from demo.ui.plots import FRAMES, STAGES, Dial, Times
 from demo.ui.text import Flow, Sentence
 from demo.ui.widgets import LEAST_SHOWN, Cell, Choice, Choices, Region
 from sim.body.skeleton import PART_NAMES
 from sim.latency import Latency
-from sim.style_spec import PartSpec
+from sim.style_spec import PartSpec, StyleSpec
 from tests.support.fakes import Walker
 from tests.support.golden import assert_golden
 
@@ -165,3 +165,28 @@ def test_names_and_strengths_are_never_cut(name):
     seen = "".join(drawn).replace(" ", "")
     assert not any("…" in text for text in drawn)
     assert seen.count(f"{name}›50%old125%") == 5 and f"{name}and4more" in seen and drawn.count(name) >= 2
+
+
+def test_a_message_that_is_said_again_stands_there_once_with_a_count():
+    panel = panels.messages([("ground: hills", INK), ("cannot write", ALERT), ("ground: hills", INK)])
+    assert [widget.text for widget in panel.widgets] == ["ground: hills (2 times)", "cannot write"]
+    assert panels.messages([("cannot write", ALERT)]).widgets[0].colour == ALERT
+
+
+def test_of_messages_that_find_no_room_the_last_ones_are_left_out():
+    long = "words that go on and on " * 90
+    (placed,) = layout.place((panels.messages([("newest", INK), (long, INK), ("oldest", INK)]),), (800, 600))
+    assert [widget.text for widget in placed.panel.widgets] == ["newest"]
+
+
+def test_a_part_and_its_style_look_unlike_and_an_empty_preset_says_what_it_does(tmp_path):
+    name, style = list(panels._style_lines(dressed(), 200))[1:3]
+    assert (name.text, style.text) == ("left leg", "old 120%")
+    assert name.letters < style.letters and name.colour != style.colour and style.swatch and not name.swatch
+    presets = Presets(tmp_path / "presets.json")
+    presets.slots = {1: ("strut", StyleSpec({"legs": "old"}))}
+    buttons = [button for row in panels.presets(presets).widgets[1:] for button in row.buttons]
+    assert [(button.text, button.action) for button in buttons[:2]] == [
+        ("strut", "preset_1"),
+        ("save styles here", "save_2"),
+    ]

@@ -111,7 +111,8 @@ def test_the_table_shows_every_movement(walks):
     total = summarize(rows, neutral)
     assert total["sra"] == 1.0 and 0 < total["mean_pose"]["legs"]["drawn"] < 1.5
     found = {"count": 2, "over_1500_deg_s": 0, "over_15_cm": 0, "fastest_deg_s": 900.0, "farthest_cm": 7.0}
-    text = format_table({"movements": {"walk_1.3": total}, "switches": found, "classifiers": {"style": 0.95}})
+    report = {"movements": {"walk_1.3": total}, "switches": found, "classifiers": {"style": 0.95}, "arms": []}
+    text = format_table(report)
     assert "walk_1.3" in text and "2 switches: 0 with a joint over 1,500 degrees/s" in text
 
 
