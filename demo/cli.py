@@ -154,6 +154,10 @@ def _run(arguments: Sequence[str] | None) -> int:
     if PERMISSIVE_OPTION in given:  # it counts wherever it stands, and before anything is loaded
         os.environ[PERMISSIVE] = "1"
         given = [argument for argument in given if argument != PERMISSIVE_OPTION]
+    for before, argument in zip(["patchwalk", *given], given):
+        if not argument.strip() or (argument.startswith("--") and argument.endswith("=")):
+            option = argument.strip().strip("=") or before
+            raise ValueError(f"nothing stands behind {option}: name what is meant, or leave it out")
     try:
         args, unknown = build_parser().parse_known_args(given)
         if unknown:

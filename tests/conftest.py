@@ -10,7 +10,7 @@ from sim.math import rotations as rot
 from sim.motion.clip import FPS
 from sim.motion.playback_pace import OWN_PACE, Pace
 from sim.session import Session
-from stylizer.styles.bundled_styles import CLIPS
+from stylizer.styles.clip_table import CLIPS
 
 
 class FakeController:

@@ -58,9 +58,9 @@ def _stylizer() -> str:
     from sim.io.provenance import NONCOMMERCIAL
     from sim.session import check_own_style
     from stylizer.runtime import catalogue
-    from stylizer.systems import checkpoint as stylizer_weights
+    from stylizer.systems import weight_files
 
-    stylizers = {name: catalogue.from_pretrained(name) for name in stylizer_weights.names()}
+    stylizers = {name: catalogue.from_pretrained(name) for name in weight_files.names()}
     for stylizer in stylizers.values():
         check_own_style(stylizer.own_of, checkpoint.fingerprint())
     shipped, *others = stylizers

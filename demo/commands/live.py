@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from demo.commands.bench import positive
 from demo.commands.replay import CHARACTER_HELP, GROUND_HELP, MAP_HELP, STYLIZER_HELP, VMC_HELP
 from sim.io.bvh_parser import shorten
+from sim.io.provenance import SHIPPED
 
 if TYPE_CHECKING:
     from demo.export.vmc import Sender
@@ -52,11 +53,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from demo import assemble
     from demo.export import vmc
-    from demo.render.window import NoDisplay, NoGL, has_display
     from demo.state.grounds import ground_of
     from sim.ground.catalogue import FLAT, load_ground
+    from stylizer.systems import weight_files
+
+    # First: a mistake is said before anything is loaded or opens.
+    if args.seconds and not args.crowd:
+        raise ValueError("--seconds goes with --crowd N; `patchwalk bench --seconds S` times a single character")
+    if args.seconds:
+        check_unseen_crowd(args)
+    weight_files.system(args.stylizer or SHIPPED)
+    load_ground(args.ground)
+    character = choose_character(args)
+    stream = None if args.vmc is None else vmc.Sender(args.vmc)
+
+    from demo import assemble
+    from demo.render.window import NoDisplay, NoGL, has_display
     from sim.io import recording
     from sim.motion.clip import FPS
 
@@ -64,11 +77,6 @@ def run(args: argparse.Namespace) -> int:
     ground = args.ground if args.ground is not None else ground_of(bundled, assemble.BUNDLED_RECORDING.parent)
     if args.crowd and args.ground is None:
         ground = FLAT
-    if args.seconds and not args.crowd:
-        raise ValueError("--seconds goes with --crowd N; `patchwalk bench --seconds S` times a single character")
-    load_ground(ground)  # first: a mistake in its name or its map is said before anything opens
-    character = choose_character(args)
-    stream = None if args.vmc is None else vmc.Sender(args.vmc)
     reason = "there is no display"
     if args.seconds:
         return time_crowd(args.crowd, args.seconds, args.stylizer, load_ground(ground))
@@ -107,12 +115,20 @@ def run(args: argparse.Namespace) -> int:
                 print(f"wrote {path}")
             return 0
     if args.crowd:
+        check_unseen_crowd(args)
         print(f"No window ({reason}): {CROWD_SECONDS} s of the crowd without one.")
         return time_crowd(args.crowd, CROWD_SECONDS, args.stylizer, load_ground(ground))
     print("To steer it in a browser instead: patchwalk serve")
     print(f"No window ({reason}): replaying the first {SECONDS} s of the bundled recording into {OUT}/.")
     replay_bundled(OUT, bundled.first(SECONDS * FPS), stream, args.stylizer, load_ground(ground), character)
     return 0
+
+
+def check_unseen_crowd(args: argparse.Namespace) -> None:
+    """Raises ValueError for options that a crowd without a window has no use for."""
+    given = [name for name in ("--vmc", "--character", "--map") if getattr(args, name.strip("-")) is not None]
+    if given:
+        raise ValueError(f"a crowd without a window is only timed: leave {' and '.join(given)} out")
 
 
 def choose_character(args: argparse.Namespace) -> "Character | None":

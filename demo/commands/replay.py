@@ -87,9 +87,10 @@ def takeaway_of(args: argparse.Namespace, name_map: dict[str, str] | None = None
 
 def run(args: argparse.Namespace) -> int:
     from sim.io import recording
-    from sim.retarget import joint_names
+    from stylizer.styles import style_names
 
     recorded = recording.read(args.recording)
+    style_names.check_known(recorded.styles, args.stylizer or recorded.stylizer or SHIPPED)
     outputs = {kind: path for kind in OUTPUTS if (path := getattr(args, kind))}
     from demo.export.export import check_outputs
 
@@ -97,6 +98,7 @@ def run(args: argparse.Namespace) -> int:
     from demo.export import vmc
     from demo.state.grounds import ground_of
     from sim.ground.catalogue import load_ground
+    from sim.retarget import joint_names
 
     takeaway = takeaway_of(args, joint_names.load(args.map) if args.map else None)
     ground = load_ground(args.ground if args.ground is not None else ground_of(recorded, args.recording.parent))
@@ -132,10 +134,8 @@ def play(
     from sim.character.files import CharacterRows
     from sim.io import poses_npz
     from sim.motion.clip import FPS
-    from stylizer.styles import style_names
 
     export.check_length(name, len(recorded), outputs)
-    style_names.check_known(recorded.styles, stylizer or SHIPPED)
     session = assemble.build_session(stylizer, ground=ground)
     for style in recorded.styles:
         session.stylizer.movements(style)  # raises for one that is not there, before anything is played

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from demo.commands.live import choose_character
 from demo.commands.replay import CHARACTER_HELP, GROUND_HELP, MAP_HELP, STYLIZER_HELP
+from sim.io.bvh_parser import shorten
+from sim.io.provenance import SHIPPED
 
 if TYPE_CHECKING:
     from demo.serve.server import Server
@@ -48,15 +50,20 @@ def run(args: argparse.Namespace) -> int:
     from demo.state import user_bindings
     from demo.state.presets import Presets
     from sim.ground.catalogue import load_ground
-    from stylizer.systems import checkpoint
+    from stylizer.systems import weight_files
 
     visitors = args.visitors if args.visitors is not None else min(A_CORE * (os.cpu_count() or 1), MOST)
     if not 1 <= visitors <= MOST:
         raise ValueError(f"--visitors is {visitors}, but must lie in 1 .. {MOST}")
+    try:
+        args.host.encode("idna")
+    except UnicodeError:
+        raise ValueError(
+            f"--host {shorten(args.host)} is no name of a machine: give an address, such as 127.0.0.1"
+        ) from None
     if not 0 <= args.port < 2**16:
         raise ValueError(f"--port is {args.port}, but must lie in 0 .. {2**16 - 1}")
-    if args.stylizer is not None:
-        checkpoint.system(args.stylizer)  # as the rest here: a mistake is said before anything starts
+    weight_files.system(args.stylizer or SHIPPED)  # as the rest here: a mistake is said before anything starts
     load_ground(args.ground)
     Presets()
     bindings = user_bindings.load()

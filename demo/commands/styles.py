@@ -3,14 +3,10 @@
 import argparse
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Iterator
+from typing import Any
 
 from demo.commands.replay import STYLIZER_HELP
 from sim.io.provenance import SHIPPED
-
-if TYPE_CHECKING:
-    from stylizer.styles.bank import StyleBank
-    from stylizer.styles.style_names import StyleEntry
 
 POINTS_FPS = 30.0  # of key points, unless told otherwise
 
@@ -98,20 +94,27 @@ def run(args: argparse.Namespace) -> int:
     elif args.action == "list":
         _list(args.stylizer)
     else:
-        from stylizer.runtime import catalogue
-
-        _add(catalogue.load_bank(args.stylizer), args)
+        _add(args)
     return 0
 
 
-def _add(bank: "StyleBank", args: argparse.Namespace) -> None:
+def _add(args: argparse.Namespace) -> None:
     """Learns a style and says which seconds of which file show what."""
-    from sim.io import bvh
+    from sim.io import bvh, motion_file
     from sim.retarget import joint_names
+    from stylizer.styles import style_names
+
+    bvh.check_fps(args.fps)
+    style_names.check_name(args.name)
+    style_names.check_free(args.name, style_names.known_names(args.stylizer or SHIPPED))
+    for clip in args.clips:
+        motion_file.check_there(clip)
+
+    from stylizer.runtime import catalogue
     from stylizer.styles.code_bank import CodeBank
     from stylizer.styles.keypoint_files import is_one_file
 
-    bvh.check_fps(args.fps)
+    bank = catalogue.load_bank(args.stylizer)
     points = next((path for path in args.clips if path.is_dir() or is_one_file(path)), None)
     if points is None:
         name_map = joint_names.load(args.map) if args.map else None
@@ -156,10 +159,8 @@ def _list(stylizer: str | None) -> None:
     from sim.io.provenance import NONCOMMERCIAL
     from stylizer.styles import style_names
 
-    network = stylizer or SHIPPED
-    entries = style_names.style_entries(network) if style_names.has_own_files(network) else _entries_of_codes(network)
     shown = []
-    for entry in entries:
+    for entry in style_names.style_entries(stylizer or SHIPPED):
         if isinstance(entry, str):
             warnings.warn(entry, stacklevel=2)
         else:
@@ -168,18 +169,6 @@ def _list(stylizer: str | None) -> None:
     for name, movements, noncommercial in shown:
         mark = f"  ({NONCOMMERCIAL} use only)" if noncommercial else ""
         print(f"{name:<{width}}  {', '.join(movement_names(movements))}{mark}".rstrip())
-
-
-def _entries_of_codes(network: str) -> "Iterator[StyleEntry]":
-    """The styles of a network whose codes lie in one file, and which it may sample too: told by its bank."""
-    from stylizer.runtime import catalogue
-    from stylizer.styles.code_bank import UNKNOWN_GAIT
-    from stylizer.styles.style_names import StyleEntry
-
-    bank = catalogue.load_bank(network)
-    for name in bank.names:
-        gait = bank[name].gait
-        yield StyleEntry(name, () if gait is UNKNOWN_GAIT else gait.movements, bank.is_noncommercial(name))
 
 
 def capture(out: Path | None = None, weights_folder: Path | None = None) -> str:

@@ -70,6 +70,7 @@ def _style(text: str) -> tuple[tuple[str, ...], PartSpec]:
 
 def run(args: argparse.Namespace) -> int:
     from demo.export.export import check_outputs
+    from sim.io import motion_file
     from sim.retarget import joint_names
     from stylizer.styles import style_names
 
@@ -82,11 +83,12 @@ def run(args: argparse.Namespace) -> int:
     if kind == "glb" and args.retarget_back:
         raise ValueError("--retarget-back writes the content's own skeleton, as BVH: name the output .bvh")
     check_outputs({kind: args.output})
+    motion_file.check_there(args.content)
     style_names.check_known(style.names, args.stylizer or SHIPPED)
     name_map = joint_names.load(args.map) if args.map else None
     takeaway = takeaway_of(args)
 
-    from sim.io import bvh, motion_file
+    from sim.io import bvh
     from sim.retarget.retarget import to_clip
     from stylizer.runtime import catalogue
     from stylizer.runtime.offline import resolve_styles, stylize

@@ -7,6 +7,7 @@ from typing import Any
 
 from demo.commands import styles
 from demo.commands.bench import positive
+from stylizer.systems.registry import system_of_network
 
 HELP = "train a model on a folder of BVH files"
 EXAMPLE = "patchwalk train controller --data mocap --minutes 60 --out runs/controller"
@@ -80,6 +81,8 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError(f"there is no weight file {args.start}: name one with --start, or leave it out")
     if "minutes" in chosen and "steps" in chosen:
         raise ValueError("training stops after some minutes or after some steps: leave --minutes or --steps out")
+    if "network" in chosen:
+        system_of_network(args.network)  # first: a mistake in its name is said before anything heavy is loaded
     weights = importlib.import_module(f"{args.model}.training.train").train(
         args.data, out, resume=args.resume, **chosen
     )

@@ -164,10 +164,10 @@ def check_outputs(outputs: Mapping[str, Path], source: Path | None = None) -> No
         if resolved in taken:
             raise ValueError(f"cannot write {kind} to {path}: it is {taken[resolved]}")
         taken[resolved] = f"where {kind} goes already"
-        if path.suffix.lower() != ENDINGS.get(kind, path.suffix.lower()):
-            raise ValueError(f"cannot write {kind} to {path}: name it {path.with_suffix(ENDINGS[kind])}")
         if path.exists() and not path.is_file():
             raise ValueError(f"cannot write {kind} to {path}: it is not a file")
+        if path.suffix.lower() != ENDINGS.get(kind, path.suffix.lower()):
+            raise ValueError(f"cannot write {kind} to {path}: name it {path.with_suffix(ENDINGS[kind])}")
         if not path.parent.is_dir():
             raise ValueError(f"cannot write {kind} to {path}: there is no folder {path.parent}; make it first")
         try:

@@ -16,9 +16,9 @@ class Stylizers:
         """Goes on to the next one; its name. Raises ValueError, and changes nothing, where there is no other or it is
         broken."""
         from stylizer.runtime import catalogue
-        from stylizer.systems import checkpoint
+        from stylizer.systems import weight_files
 
-        current, names = self._current, checkpoint.names()
+        current, names = self._current, weight_files.names()
         if len(names) < 2:
             raise ValueError("there is no other stylizer: `patchwalk train stylizer --network NAME` makes one")
         self._ready[current.name] = current

@@ -23,7 +23,7 @@ from sim.ground.catalogue import load_ground
 from sim.io import recording
 from sim.motion.clip import FPS
 from sim.session import Session
-from stylizer.systems import checkpoint
+from stylizer.systems import weight_files
 
 FOLDER = Path(__file__).parents[1] / "pictures"
 STRIP_SIZE = (290, 360)  # pixels of each walker
@@ -70,7 +70,7 @@ def strip() -> None:
 def systems() -> None:
     """systems.png: the same step in the same styles, as each stylizer of the package has them, one a row."""
     with open_window(SYSTEM_SIZE, visible=False) as window:
-        rows = [[_walker(window, parts, name) for parts in SYSTEM_STRIP] for name in checkpoint.names()]
+        rows = [[_walker(window, parts, name) for parts in SYSTEM_STRIP] for name in weight_files.names()]
         _save("systems.png", np.concatenate([np.concatenate(row, axis=1) for row in rows], axis=0))
 
 

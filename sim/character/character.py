@@ -14,12 +14,13 @@ import numpy as np
 from sim.body.limb_ik import LEG_LENGTH
 from sim.body.skeleton import INDEX, JOINT_COUNT, JOINTS, PARENTS
 from sim.character.mesh import SkinnedMesh, read_mesh
+from sim.character.pictures import warn_of_lost
 from sim.character.rig import Rig, read_rig
 from sim.character.soles import Sole, find_sole
 from sim.io.bvh import Motion
 from sim.io.bvh_parser import POSITION_ORDER, ROTATION_ORDER, shorten
 from sim.io.checks import count_names
-from sim.io.gltf_file import BROKEN, ENDINGS, GltfFile
+from sim.io.gltf_file import ENDINGS, GltfFile, reading_gltf
 from sim.math import rotations as rot
 from sim.math.vectors import FORWARD, UP
 from sim.motion.clip import FPS
@@ -31,6 +32,8 @@ from sim.retarget.source_skeleton import SourceBody
 # A joint between two of ours turns by a share of the way from the one to the other, where nothing else hangs on it.
 BETWEEN = (("Spine", "Chest"), ("Neck", "Head"))
 ROOT = JOINT_COUNT  # in `owners`: the character's own ground frame, which what is above the hips follows
+LEGS = (1e-4, 1e4)  # metres of the file, shortest and longest: whatever unit was taken for metres lies between
+FARTHEST = 100.0  # leg lengths from the hips, of a joint or a corner
 THUMB = re.compile("thumb", re.IGNORECASE)
 LEAST_ROLL, MOST_ROLL = np.radians((35.0, 120.0))  # of a hand whose thumb does not point forwards, to be rolled
 
@@ -105,14 +108,8 @@ def load_character(path: str | Path, name_map: dict[str, str] | None = None) -> 
     path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise ValueError(f"{path} is no character: one is a skinned figure as .glb, .gltf or .vrm")
-    try:
+    with reading_gltf(path):
         return _character(path, GltfFile(path), name_map)
-    except BROKEN as error:
-        if isinstance(error, ValueError) and not str(error).startswith(str(path)):
-            raise ValueError(f"{path}: {error}") from error
-        if isinstance(error, ValueError):
-            raise
-        raise ValueError(f"{path} is no glTF file that can be read: {shorten(str(error))}") from error
 
 
 def _character(path: Path, file: GltfFile, name_map: dict[str, str] | None) -> Character:
@@ -125,10 +122,21 @@ def _character(path: Path, file: GltfFile, name_map: dict[str, str] | None) -> C
     # As the file has it, `body` turned upright; from here on it faces +Z as well.
     turn = rot.multiply(rot.inverse(upright), body.turn)
     constants = {name: rot.multiply(rot.inverse(upright), constant) for name, constant in constants.items()}
-    scale = body.leg_length() / LEG_LENGTH
+    scale = _scale(body)
     rest = rot.rotate(turn, rig.positions) / scale
+    far = np.linalg.norm(rest - rest[body.index["Hips"]], axis=-1)
+    if far.max() > FARTHEST * LEG_LENGTH:
+        name, much = shorten(rig.names[int(far.argmax())]), far.max() / LEG_LENGTH
+        raise ValueError(f"its joint '{name}' lies {much:.0f} leg lengths from its hips: put it right, or leave it out")
     mesh = read_mesh(file, rig)
+    file.check_views()  # all of it, for a written .glb holds all of it
+    warn_of_lost(file)
     corners = rot.rotate(turn, mesh.positions) / scale
+    reach = np.abs(corners - rest[body.index["Hips"]]).max() / LEG_LENGTH
+    if not reach <= FARTHEST:
+        raise ValueError(
+            f"its mesh reaches {reach:.0f} leg lengths from its hips: apply all scales, then export it again"
+        )
     owners, shares = _owners(rig, body.index)
     soles = [find_sole(side, body.index, rest, corners, mesh, owners) for side in SIDES]
     middle = (rest[body.index["LeftUpLeg"]] + rest[body.index["RightUpLeg"]]) / 2
@@ -156,6 +164,16 @@ def _character(path: Path, file: GltfFile, name_map: dict[str, str] | None) -> C
         floor=rot.rotate(rot.inverse(turn), floor * scale),
         notes=tuple(body.notes),
     )
+
+
+def _scale(body: SourceBody) -> float:
+    """Metres of the file to one of ours. Raises ValueError for a size that is a mistake in any unit."""
+    leg = body.leg_length()
+    if not LEGS[0] <= leg <= LEGS[1]:
+        raise ValueError(
+            f"its legs are {leg:.3g} m long: glTF counts in metres; scale it to a person's size, then export"
+        )
+    return leg / LEG_LENGTH
 
 
 def _standing(rig: Rig) -> Motion:

@@ -11,6 +11,7 @@ import numpy as np
 
 from sim.character.character import Character
 from sim.character.motion import CharacterMotion
+from sim.character.pictures import PIXEL, take_out_lost
 from sim.character.rig import node_matrix
 from sim.io.atomic_write import atomic_write
 from sim.io.checks import check_finite
@@ -94,14 +95,17 @@ def copy_document(file: GltfFile, numbers: Numbers, binds: Mapping[int, np.ndarr
             skin["inverseBindMatrices"] = numbers.add(binds[number].swapaxes(1, 2))
         elif "inverseBindMatrices" in skin:
             skin["inverseBindMatrices"] = accessor(skin["inverseBindMatrices"])
-    for image in document.get("images", ()):
-        if "bufferView" in image:
+    for number, image in enumerate(document.get("images", ())):
+        if number in file.lost_pictures:
+            image.pop("uri", None)
+            image |= {"mimeType": "image/png", "bufferView": numbers.add_view(PIXEL, {})}
+        elif "bufferView" in image:
             image["bufferView"] = view(image["bufferView"])
         elif not image["uri"].startswith("data:"):
-            data = file.resource(image["uri"])
+            data = file.resource(image.pop("uri"))
             image["mimeType"] = "image/png" if data[:4] == b"\x89PNG" else "image/jpeg"
             image["bufferView"] = numbers.add_view(data, {})
-            del image["uri"]
+    take_out_lost(document, file.lost_pictures)
     return document
 
 

@@ -3,23 +3,19 @@
 What a picture of a figure needs is read: base colours, their textures and vertex colours, and what is cut out by
 alpha. Normal maps, morph targets and all else stay in the file."""
 
-import io
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
+from sim.character.pictures import read_picture
 from sim.character.rig import Rig, node_matrix
-from sim.io.bvh_parser import shorten
 from sim.io.gltf_file import GltfFile
+from sim.io.gltf_schema import AGAIN
 from sim.math import rotations as rot
 
 TIES = 4  # joints a corner follows
 MOST_TRIANGLES = 500_000
-MOST_PIXELS = 8192  # of a texture's side that a file may have
-TEXTURE_PIXELS = 2048  # of a texture's side that is drawn
 TRIANGLES = 4  # sec. 3.7.2.1
 CUT_OFF = 0.5  # alpha under which a corner of a cut-out material is not drawn
 # Ways to pack numbers that are not plain glTF: what to say of them.
@@ -105,15 +101,15 @@ def _read_piece(
     carrier: int | None,
 ) -> _Piece:
     attributes = primitive["attributes"]
-    positions = file.numbers(attributes["POSITION"])
+    positions = file.numbers(attributes["POSITION"], (3,))
     count = len(positions)
     if "indices" in primitive:
-        triangles = file.numbers(primitive["indices"], shares=False)[:, 0].astype(np.int64)
+        triangles = file.numbers(primitive["indices"], (1,), shares=False)[:, 0].astype(np.int64)
     else:
         triangles = np.arange(count)
     triangles = triangles[: len(triangles) // 3 * 3].reshape(-1, 3)
-    if len(triangles) and triangles.max() >= count:
-        raise ValueError("its triangles have corners that there are not")
+    if len(triangles) and not 0 <= triangles.min() <= triangles.max() < count:
+        raise ValueError(f"the triangles of its mesh have corners that there are not: {AGAIN}")
     if skin is None:
         assert carrier is not None
         joints, weights = np.full((count, TIES), carrier), np.eye(TIES)[np.zeros(count, int)]
@@ -125,7 +121,10 @@ def _read_piece(
         joints = order[slots]
         binds = rig.bind[order] @ np.array([skin[joint] for joint in order.tolist()])
         matrices = np.einsum("nt,ntij->nij", weights, binds[slots])
-    normals = file.numbers(attributes["NORMAL"]) if "NORMAL" in attributes else _normals(positions, triangles)
+    if "NORMAL" in attributes:
+        normals = file.numbers(attributes["NORMAL"], (3,), count)
+    else:
+        normals = _normals(positions, triangles)
     turned = np.linalg.inv(matrices[:, :3, :3]).swapaxes(1, 2) @ normals[:, :, None]
     corners = {
         "positions": (matrices[:, :3, :3] @ positions[:, :, None])[..., 0] + matrices[:, :3, 3],
@@ -157,10 +156,13 @@ def _ties(file: GltfFile, attributes: dict[str, int], count: int, joints: int) -
     sets = [number for number in range(4) if f"JOINTS_{number}" in attributes and f"WEIGHTS_{number}" in attributes]
     if not sets:
         raise ValueError("the corners of its mesh follow no joints: rig it, then export it again")
-    slots = np.concatenate([file.numbers(attributes[f"JOINTS_{n}"], shares=False) for n in sets], axis=-1).astype(int)
-    weights = np.concatenate([file.numbers(attributes[f"WEIGHTS_{number}"]) for number in sets], axis=-1)
-    if len(slots) != count or len(weights) != count or slots.min() < 0 or slots[weights > 0].max(initial=0) >= joints:
-        raise ValueError("the corners of its mesh follow joints that there are not")
+    slots, weights = (
+        np.concatenate([file.numbers(attributes[f"{name}_{n}"], (TIES,), count, shares) for n in sets], axis=-1)
+        for name, shares in (("JOINTS", False), ("WEIGHTS", None))
+    )
+    slots = slots.astype(int)
+    if slots.min() < 0 or slots[weights > 0].max(initial=0) >= joints:
+        raise ValueError(f"the corners of its mesh follow joints that there are not: {AGAIN}")
     slots = np.where(weights > 0, slots, 0)
     strongest = np.argsort(-weights, axis=-1, kind="stable")[:, :TIES]
     slots, weights = (np.take_along_axis(each, strongest, axis=-1) for each in (slots, weights))
@@ -186,7 +188,7 @@ def _uvs(file: GltfFile, primitive: dict[str, Any], count: int) -> np.ndarray:
     name = f"TEXCOORD_{transform.get('texCoord', texture.get('texCoord', 0))}"
     if name not in primitive["attributes"]:
         return np.zeros((count, 2))
-    uvs = file.numbers(primitive["attributes"][name])
+    uvs = file.numbers(primitive["attributes"][name], (2,), count)
     angle = transform.get("rotation", 0.0)
     cosine, sine = np.cos(angle), np.sin(angle)
     scaled = uvs * np.array(transform.get("scale", (1.0, 1.0)))
@@ -198,7 +200,7 @@ def _colours(file: GltfFile, attributes: dict[str, int], count: int) -> np.ndarr
     """(n, 4) display colours."""
     result = np.ones((count, 4))
     if "COLOR_0" in attributes:
-        given = file.numbers(attributes["COLOR_0"])
+        given = file.numbers(attributes["COLOR_0"], (3, 4), count)
         result[:, : given.shape[1]] = given
     result[:, :3] = np.sqrt(np.clip(result[:, :3], 0.0, 1.0))
     return result
@@ -223,33 +225,9 @@ def _material(file: GltfFile, number: int | None, pictures: dict[int, np.ndarray
     if "baseColorTexture" in base:
         texture = base["baseColorTexture"]["index"]
         if texture not in pictures:
-            pictures[texture] = _picture(file, texture, name)
+            pictures[texture] = read_picture(file, texture, name)
         picture = pictures[texture]
     return Material(name, tuple(factor.tolist()), picture, float(cut_off), bool(entry.get("doubleSided", False)))
-
-
-def _picture(file: GltfFile, texture: int, material: str) -> np.ndarray | None:
-    """(h, w, 4) uint8 of a texture; None, with a warning, where its picture cannot be read."""
-    entry = file.document["textures"][texture]
-    webp = entry.get("extensions", {}).get("EXT_texture_webp", {}).get("source")
-    source = entry.get("source", webp)
-    try:
-        if source is None:
-            raise ValueError("it is of a kind that is not read; use PNG or JPEG")
-        image = file.document["images"][source]
-        data = file.view(image["bufferView"]) if "bufferView" in image else file.resource(image["uri"])
-        with Image.open(io.BytesIO(data)) as opened:
-            if max(opened.size) > MOST_PIXELS:
-                raise ValueError(f"it has {opened.size[0]} x {opened.size[1]} pixels: {MOST_PIXELS} are the most")
-            picture = opened.convert("RGBA")
-            if max(picture.size) > TEXTURE_PIXELS:
-                picture.thumbnail((TEXTURE_PIXELS, TEXTURE_PIXELS))
-            return np.asarray(picture)
-    except (OSError, ValueError, LookupError, TypeError, Image.DecompressionBombError) as error:
-        warnings.warn(
-            f"{file.path}: the texture of '{shorten(material)}' is left out: {shorten(str(error))}", stacklevel=2
-        )
-        return None
 
 
 def _joined(file: GltfFile, pieces: list[_Piece]) -> SkinnedMesh:

@@ -10,6 +10,7 @@ import numpy as np
 
 from sim.io.bvh_parser import MAX_JOINTS
 from sim.io.gltf_file import GltfFile, rest_of
+from sim.io.gltf_schema import AGAIN
 from sim.math import rotations as rot
 
 SAME = 1e-2  # of the skeleton's size: how far joints of one skin may differ about where its mesh lies
@@ -94,9 +95,9 @@ def _inverse_binds(file: GltfFile, skin: dict[str, Any], place: dict[int, int]) 
     joints = [place[node] for node in skin["joints"]]
     if "inverseBindMatrices" not in skin:
         return {joint: np.eye(4) for joint in joints}
-    matrices = file.numbers(skin["inverseBindMatrices"]).reshape(-1, 4, 4).swapaxes(1, 2)
+    matrices = file.numbers(skin["inverseBindMatrices"], (16,)).reshape(-1, 4, 4).swapaxes(1, 2)
     if len(matrices) < len(joints) or (np.abs(np.linalg.det(matrices)) < 1e-12).any():
-        raise ValueError("its inverse bind matrices are too few, or flat")
+        raise ValueError(f"the inverse bind matrices of its skin are too few, or flat: {AGAIN}")
     return dict(zip(joints, matrices))
 
 

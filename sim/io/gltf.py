@@ -13,11 +13,13 @@ import numpy as np
 from sim.io.bvh import Motion
 from sim.io.bvh_parser import MAX_JOINTS, MAX_SECONDS, POSITION_ORDER, ROTATION_ORDER, shorten
 from sim.io.checks import count_names
-from sim.io.gltf_file import BROKEN, GltfFile, rest_of
+from sim.io.gltf_file import GltfFile, reading_gltf, rest_of
+from sim.io.gltf_schema import AGAIN
 from sim.math import rotations as rot
 
 KEY_RATES = (24, 25, 30, 50, 60, 90, 100, 120)  # frames a second: the one that the keys are nearest to is read
 PATHS = {"translation": 3, "rotation": 4}
+CUBIC = "CUBICSPLINE"
 
 
 def read(path: str | Path, fps: float | None = None, animation: str | None = None) -> Motion:
@@ -25,12 +27,8 @@ def read(path: str | Path, fps: float | None = None, animation: str | None = Non
 
     Raises OSError, or ValueError, naming the file, for what is no glTF file with an animated skeleton."""
     path = Path(path)
-    try:
+    with reading_gltf(path):
         return _motion(GltfFile(path), animation, fps)
-    except BROKEN as error:
-        if isinstance(error, ValueError) and str(path) in str(error):
-            raise
-        raise ValueError(f"{path} is no glTF file that can be read: {shorten(str(error))}") from error
 
 
 def _motion(file: GltfFile, name: str | None, fps: float | None) -> Motion:
@@ -46,8 +44,10 @@ def _motion(file: GltfFile, name: str | None, fps: float | None) -> Motion:
         joint, kind = channel["target"].get("node"), channel["target"]["path"]
         if joint in place and kind in PATHS:
             sampler = animation["samplers"][channel["sampler"]]
-            values = file.numbers(sampler["output"], shares=True)
-            sampled = _sampled(times[channel["sampler"]], values, sampler.get("interpolation"), frames, kind)
+            keys = times[channel["sampler"]]
+            count = len(keys) * (3 if sampler.get("interpolation") == CUBIC else 1)
+            values = file.numbers(sampler["output"], (PATHS[kind],), count, shares=True)
+            sampled = _sampled(keys, values, sampler.get("interpolation"), frames, kind)
             (positions if kind == "translation" else rotations)[:, place[joint]] = sampled
     above = [place.get(parents[joint], -1) for joint in joints]
     positions *= _scales(file.nodes, joints, above)[:, None]
@@ -66,7 +66,7 @@ def _chosen(file: GltfFile, name: str | None) -> tuple[dict[str, Any], list[np.n
         near = get_close_matches(name, animations, 3) or list(animations)
         raise ValueError(f"{file.path} has no animation '{shorten(name)}': there are {count_names(near, 10)}")
     times = {
-        each: [file.numbers(sampler["input"])[:, 0] for sampler in animations[each]["samplers"]]
+        each: [file.numbers(sampler["input"], (1,))[:, 0] for sampler in animations[each]["samplers"]]
         for each in ([name] if name is not None else animations)
     }
     lasting = {each: max((float(keys[-1]) for keys in of_each), default=0.0) for each, of_each in times.items()}
@@ -80,7 +80,7 @@ def _chosen(file: GltfFile, name: str | None) -> tuple[dict[str, Any], list[np.n
     if not 0 <= lasting[chosen] <= MAX_SECONDS:
         raise ValueError(f"it lasts {lasting[chosen] / 60:.0f} minutes: cut it to {MAX_SECONDS // 60} at most")
     if any((np.diff(keys) < 0).any() for keys in times[chosen]):
-        raise ValueError("its keys go back in time")
+        raise ValueError(f"its keys go back in time: {AGAIN}")
     return animations[chosen], times[chosen]
 
 
@@ -110,7 +110,7 @@ def _sampled(
     times: np.ndarray, values: np.ndarray, interpolation: str | None, frames: np.ndarray, kind: str
 ) -> np.ndarray:
     """Values (frames, 3 or 4) of a sampler at times in seconds (sec. 3.11); quaternions in our order."""
-    cubic = interpolation == "CUBICSPLINE"
+    cubic = interpolation == CUBIC
     values = values.reshape(len(times), 3 if cubic else 1, PATHS[kind])
     if kind == "rotation":
         values = np.roll(values, 1, axis=-1)

@@ -1,5 +1,7 @@
 """Files that hold a motion, whatever their format: told by their ending."""
 
+import os
+from errno import ENOENT
 from pathlib import Path
 
 from sim.io import bvh, gltf, smpl
@@ -22,6 +24,12 @@ def read(path: str | Path, fps: float | None = None) -> bvh.Motion:
     if ending in (".glb", ".gltf"):
         return gltf.read(file, fps, animation or None)
     return bvh.read(path, fps)
+
+
+def check_there(path: str | Path) -> None:
+    """Raises FileNotFoundError where there is no file or folder that is meant by a path (see `split`)."""
+    if not split(path)[0].exists():
+        raise FileNotFoundError(ENOENT, os.strerror(ENOENT), str(path))
 
 
 def is_motion(name: str | Path) -> bool:

@@ -29,6 +29,7 @@ from stylizer.evaluation.arm_benchmark import format_arms, frames_of, measure_ar
 from stylizer.evaluation.metrics import motion_amplitude
 from stylizer.evaluation.motion_classifiers import KINDS, STEPS, TOP, Panel, load_panels
 from stylizer.styles import bundled_styles
+from stylizer.styles.clip_table import CLIPS
 from stylizer.styles.own_style import turn_command, walk_command
 from stylizer.styles.stride_residual import stride_locked_part
 
@@ -265,7 +266,7 @@ def load_references(data_dir: Path, files: Mapping[tuple[str, str], Sequence[Pat
     """Style -> content (walk, run, back) -> its captured motion; of a style that no label knows, its first clip. Raises
     ValueError where a clip that a style is judged by is not there."""
     result: dict[str, dict[str, Reference]] = {}
-    for name, clips in bundled_styles.CLIPS.items():
+    for name, clips in CLIPS.items():
         used = {Path(clip).name for clip in clips}
         for place, clip in enumerate(clips):
             found = style_labels.labels(Path(clip).stem)
@@ -307,7 +308,7 @@ def measure_style(
     what is closed of it, from the neutral motion to the style's clip."""
     content, reference = reference_for(movement, references)
     kind, clip = movement.split("_")[0], reference.clip
-    label = label_of(bundled_styles.CLIPS[style][0].removesuffix(".bvh"))
+    label = label_of(CLIPS[style][0].removesuffix(".bvh"))
     classifier = classifiers["style" if kind in ("walk", "run") else "upper_style"]
     judged = classifier.knows(label)
     result: dict[str, Any] = {

@@ -19,6 +19,7 @@ from sim.motion.features import LAYOUT, STRIDE, WINDOW, clip_features
 from sim.retarget.retarget import load_clip
 from stylizer.runtime.offline import ResolvedStyle, encode_clip, stylize
 from stylizer.styles import bundled_styles
+from stylizer.styles.clip_table import CLIPS
 from stylizer.styles.style_clips import StyleClips
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
@@ -39,7 +40,7 @@ CONTENT = "accad/Male1_B3_Walk.bvh"  # the walk that is restyled
 def save_pictures(folder: Path, data_dir: Path) -> list[Path]:
     """Draws all pictures into a folder, made if missing. Raises ValueError or OSError where clips or folder do not
     serve."""
-    read = {name: bundled_styles.read_clip(data_dir, clips[0]) for name, clips in bundled_styles.CLIPS.items()}
+    read = {name: bundled_styles.read_clip(data_dir, clips[0]) for name, clips in CLIPS.items()}
     clips = {name: clip for name, clip in read.items() if clip}
     content_path = bundled_styles.find_clip(data_dir, CONTENT)
     if len(clips) < 2 or not content_path:

@@ -21,7 +21,7 @@ from stylizer.evaluation.transfer_benchmark import (
     measure_real,
     measure_transfer,
 )
-from stylizer.systems import checkpoint
+from stylizer.systems import checkpoint, weight_files
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 
 # What is measured, in the order of the table: name of the weights, offline or live, pairs a trial. Where the weights
@@ -104,7 +104,7 @@ def evaluate_transfer(data_dir: Path, folder: Path | None = None, progress: Prog
 
 def find_weights(names: Iterable[str], folder: Path | None) -> dict[str, Path]:
     """Of these names the weights that are in the package or in `folder`, which goes first, and where they are."""
-    folders = [*allowed(checkpoint.FOLDER), *([folder] if folder else [])]
+    folders = [*allowed(weight_files.FOLDER), *([folder] if folder else [])]
     return {name: where for name in names for where in folders if (where / f"{name}.safetensors").exists()}
 
 

@@ -9,7 +9,7 @@ from stylizer.runtime.decoder_live import DecoderStylizer
 from stylizer.runtime.joint_live import JointStylizer
 from stylizer.runtime.live import LiveStylizer
 from stylizer.styles.bank import StyleBank
-from stylizer.systems import checkpoint
+from stylizer.systems import weight_files
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 
 STYLES = "styles"  # in the folder that training writes into
@@ -22,7 +22,7 @@ def load_bank(name: str | None = None, folder: Path | None = None) -> StyleBank:
     Raises ValueError where there are none of that name, or they or their styles do not fit."""
     set_up_torch()
     name = name or SHIPPED
-    if checkpoint.system(name, folder).by_part:
+    if weight_files.system(name, folder).by_part:
         return StyleBank(name, folder / STYLES, weights=folder) if folder else StyleBank(name)
     if folder:
         raise ValueError(f"'{name}' restyles the whole body: only weights of Motion Puzzle are taken from a folder")

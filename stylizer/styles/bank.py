@@ -29,14 +29,12 @@ from stylizer.styles.style_file import (
     windows_tensors,
     write,
 )
-from stylizer.styles.style_names import BUNDLED, in_ascii, is_reserved, user_folder
+from stylizer.styles.style_names import BUNDLED, NAME, NAME_LENGTH, in_ascii, is_reserved, user_folder
 from stylizer.systems import checkpoint
 from stylizer.systems.registry import SYSTEMS, System
 
-NAME_LENGTH = 40
 LOOP_SECONDS = 8.0  # to which a loop that walks in place is repeated, so that it shows some strides
 ADD_AGAIN = "add the style again"  # what to do with a file of the user's that cannot be used
-NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9_-]{{0,{NAME_LENGTH - 1}}}")
 
 
 def own_motion_file(bundled: Path | None = None) -> Path:
@@ -148,12 +146,12 @@ class StyleBank:
         stem = re.sub(r"[^A-Za-z0-9_]+", "-", in_ascii(path.stem)).strip("-_")
         stem = (f"style-{stem}" if not stem or is_reserved(stem) else stem)[: NAME_LENGTH - 4].strip("-_")
         names = (stem, *(f"{stem}-{number}" for number in range(2, 1000)))
-        return next(name for name in names if not self._taken(name))
+        taken = set(map(str.lower, self._all_names()))  # not every file system tells cases apart
+        return next(name for name in names if name.lower() not in taken)
 
-    def _taken(self, name: str) -> bool:
-        """Whether a style of that name is in the bank, or came into the user's folder since it was read."""
-        known = (*self._styles, *(path.stem for path in self.user.glob("*.safetensors")))
-        return name.lower() in map(str.lower, known)  # not every file system tells cases apart
+    def _all_names(self) -> set[str]:
+        """Of the styles in the bank, and of those that came into the user's folder since it was read."""
+        return {*self._styles, *(path.stem for path in self.user.glob("*.safetensors"))}
 
     def add(
         self,
@@ -233,14 +231,8 @@ class StyleBank:
 
     def check_new(self, name: str) -> None:
         """Raises ValueError for what is no name of a style, or one that a style has."""
-        if not NAME.fullmatch(name):
-            raise ValueError(
-                f"'{shorten(name)}' is no style name: use up to 40 letters, digits, - and _, not - or _ first"
-            )
-        if is_reserved(name):
-            raise ValueError(f"'{name}' cannot be a style's name: it is kept for something else; choose another")
-        if self._taken(name):
-            raise ValueError(f"there is a style '{name}' already: choose another name, or remove that one first")
+        style_names.check_name(name)
+        style_names.check_free(name, self._all_names())
 
     def _learned(self, windows: Sequence[np.ndarray], gait: Gait) -> StyleClips:
         """What a file keeps of its clips' windows besides them."""

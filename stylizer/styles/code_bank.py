@@ -9,13 +9,14 @@ import numpy as np
 import torch
 
 from sim.io import tensor_file
-from sim.io.provenance import ARCHIVES, CONTROLLER, allowed
+from sim.io.provenance import ARCHIVES, CONTROLLER
 from sim.motion.clip import FPS
 from sim.motion.features import STRIDE, clip_features
 from sim.retarget.retarget import load_clip
 from stylizer.data.domains import label_of
 from stylizer.styles.bank import StyleBank, own_motion_file
-from stylizer.styles.bundled_styles import CLIPS, find_clip, folder_for, licence_of, read_clip
+from stylizer.styles.bundled_styles import find_clip, folder_for, read_clip
+from stylizer.styles.clip_table import CLIPS, licence_of
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import Gait, Movement, StyleClips, movements_in, no_cycles, style_windows
 from stylizer.styles.style_file import (
@@ -26,11 +27,10 @@ from stylizer.styles.style_file import (
     read_windows,
     write,
 )
-from stylizer.styles.style_names import POINTS, SAMPLED
+from stylizer.styles.style_names import CODES, POINTS, codes_file, sampled_styles
 from stylizer.systems import checkpoint
 from stylizer.systems.whole_body import WholeBody, velocity_factor
 
-FOLDER = "codes"  # in a folder of styles: one file a network, all its codes in it
 SEEN = 4 / np.pi  # how much quicker a joint is than its picture, on the average over the views from all around
 # Of a style that no captured clip shows.
 UNKNOWN_GAIT = Gait(("walk",), np.zeros((1, 3)), np.zeros(1), np.zeros(1), no_cycles(1), None)
@@ -57,7 +57,7 @@ def build_codes(network: str, weights_folder: Path, data_dir: Path, out_dir: Pat
         speeds[name] = velocity_factor(movements[0].windows)
         licences.add(licence_of(clips))
     licence = "; ".join(sorted(licences))
-    path = folder_for(licence, Path(out_dir)) / FOLDER / f"{network}.safetensors"
+    path = folder_for(licence, Path(out_dir)) / CODES / f"{network}.safetensors"
     tensors = {name: style.features.contiguous() for name, style in styles.items()}
     for name, style in styles.items():
         tensors |= gait_tensors(style.gait, f"{name}.")
@@ -103,10 +103,8 @@ class CodeBank(StyleBank):
     @property
     def sampled(self) -> dict[str, str | None]:
         """Name -> label of the styles that are drawn by chance; a system that knows no labels has one."""
-        if not self.system.samples_styles:
-            return {}
-        labels = self.model.config.labels if getattr(self.model.config, "labelled", True) else ()
-        return {f"{SAMPLED}-{label.replace(' ', '-')}": label for label in labels} or {SAMPLED: None}
+        config = self.model.config
+        return sampled_styles(self.system, getattr(config, "labels", ()), getattr(config, "labelled", True))
 
     def speed_of(self, name: str) -> float:
         """How quick the clip of a style is, V of Eq. 2 (Aberman et al. 2020) in metres a second; name may be a clip's
@@ -146,20 +144,14 @@ class CodeBank(StyleBank):
         )
         self._styles[name], self._files[name] = self._read_points(file), file
 
-    def _taken(self, name: str) -> bool:
-        known = (path.stem.lower() for path in (self.user / POINTS).glob("*.safetensors"))
-        return super()._taken(name) or name.lower() in known
+    def _all_names(self) -> set[str]:
+        return super()._all_names() | {path.stem for path in (self.user / POINTS).glob("*.safetensors")}
 
     def _learned(self, windows: Sequence[np.ndarray], gait: Gait) -> StyleClips:
         return StyleClips({}, gait)  # the windows are enough: codes are made of them in a moment
 
-    @property
-    def _codes_path(self) -> Path:
-        paths = [folder / FOLDER / f"{self.name}.safetensors" for folder in allowed(self.bundled)]
-        return next((path for path in paths if path.exists()), paths[0])
-
     def _bundled_styles(self) -> dict[str, StyleClips]:
-        path = self._codes_path
+        path = codes_file(self.name, self.bundled)
         if not path.exists():
             raise ValueError(f"no style codes at {path}: reinstall Patchwalk or run 'patchwalk train stylizer'")
         header, tensors = checkpoint.read(path)

@@ -1,7 +1,6 @@
 """The stylizer's weight files: loaded by name, with a header that says what they are for."""
 
 import json
-import re
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -11,14 +10,11 @@ from torch import Tensor
 
 from sim.body.skeleton import skeleton_hash
 from sim.io import tensor_file
-from sim.io.bvh_parser import shorten
-from sim.io.provenance import NONCOMMERCIAL, SHIPPED, allowed, noncommercial
+from sim.io.provenance import SHIPPED
 from sim.motion.features import LAYOUT_VERSION
 from stylizer.networks.normalization import Scaled
-from stylizer.systems.registry import SYSTEMS, System
+from stylizer.systems import weight_files
 
-FOLDER = Path(__file__).parents[1] / "weights"
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")  # of a weight file: never a path
 VERSION = "1"
 STATISTICS = ("mean", "deviation")  # kept in float32
 # What weight files of earlier versions call a setting, and what the names of their arrays begin with.
@@ -40,22 +36,16 @@ def load(name: str = SHIPPED, folder: Path | None = None) -> tuple[Any, str]:
     """The network ready to run, of the class that `System.load_class` gives, and the fingerprint of its weight file.
 
     Raises ValueError where the file is missing or made for something else."""
-    path = _path(name, folder)
+    path = weight_files.find(name, folder)
     header, tensors = read(path)
     tensor_file.check_header(path, header, _expected(), "train again")
-    kind = _system(path, header).load_class()
+    kind = weight_files.system_of(path, header).load_class()
     with tensor_file.understanding(path, "reinstall, or train again"):
         settings = {FORMER_SETTINGS.get(key, key): value for key, value in json.loads(header["config"]).items()}
         config = {key: tuple(value) if isinstance(value, list) else value for key, value in settings.items()}
         model = kind(kind.CONFIG(**config))
         model.load_state_dict({_present_name(name): value.float() for name, value in tensors.items()})
     return model.eval(), tensor_file.fingerprint(path)
-
-
-def system(name: str = SHIPPED, folder: Path | None = None) -> System:
-    """The system of a weight file. Raises ValueError where the file is missing or of an unknown system."""
-    path = _path(name, folder)
-    return _system(path, tensor_file.read_header(path))
 
 
 def read(
@@ -67,40 +57,11 @@ def read(
     return header, {name: torch.from_numpy(array) for name, array in arrays.items()}
 
 
-def _system(path: Path, header: dict[str, str]) -> System:
-    if header.get("model") not in SYSTEMS:
-        found = shorten(str(header.get("model")))
-        raise ValueError(f"{path} was made for model '{found}', not one of {', '.join(SYSTEMS)}: train again")
-    return SYSTEMS[header["model"]]
-
-
 def _present_name(name: str) -> str:
     for former, present in FORMER_NAMES.items():
         if name.startswith(former):
             return present + name.removeprefix(former)
     return name
-
-
-def names() -> tuple[str, ...]:
-    """The networks whose weights come with this package, SHIPPED first."""
-    found = sorted({path.stem for folder in allowed(FOLDER) for path in folder.glob("*.safetensors")})
-    return tuple(sorted(found, key=lambda name: name != SHIPPED))
-
-
-def _path(name: str, folder: Path | None) -> Path:
-    if not NAME.fullmatch(name):
-        raise ValueError(f"'{shorten(name)}' is no name of a stylizer: there are {', '.join(names())}")
-    file = f"{name}.safetensors"
-    path = next((each / file for each in allowed(folder or FOLDER) if (each / file).exists()), None)
-    if path:
-        return path
-    if (noncommercial(folder or FOLDER) / file).exists():
-        raise ValueError(f"the stylizer '{name}' is for {NONCOMMERCIAL} use: start without --permissive to use it")
-    there = ", ".join(names())
-    raise ValueError(
-        f"no stylizer weights at {(folder or FOLDER) / file}: reinstall Patchwalk or run 'patchwalk train stylizer'"
-        + f"; there are {there}" * bool(there)
-    )
 
 
 def _expected() -> dict[str, str]:

@@ -6,6 +6,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any, Mapping
 
+from sim.io.bvh_parser import shorten
+
 
 class GlobalMotion(Enum):
     """What a system does to the root motion of a whole clip."""
@@ -18,12 +20,13 @@ class GlobalMotion(Enum):
 @dataclass(frozen=True)
 class System:
     """kind: what the header of a weight file calls it; module, model: where its class is, under stylizer.systems;
-    configs: the module that names its networks, in a table CONFIGS."""
+    configs: the module that holds the settings of its networks, in a table CONFIGS; networks: their names."""
 
     kind: str
     module: str
     model: str
     configs: str
+    networks: tuple[str, ...]
     by_part: bool = False  # styles go into the network part by part; False: one code for the whole body
     has_attention: bool = False
     samples_styles: bool = False  # styles are also sampled from a prior, without a clip
@@ -51,6 +54,7 @@ SYSTEMS = {
             "motion_puzzle.model",
             "MotionPuzzle",
             "motion_puzzle.config",
+            ("full", "paper_slim", "paper_narrow", "large", "slim", "slim_no_attention", "slim_whole_body_adain"),
             by_part=True,
             has_attention=True,
         ),
@@ -59,6 +63,7 @@ SYSTEMS = {
             "motion_puzzle.joint_model",
             "JointPuzzle",
             "motion_puzzle.joint_config",
+            ("joints", "joints_half_second", "joints_no_attention", "joints_whole_body_adain"),
             by_part=True,
             has_attention=True,
         ),
@@ -67,6 +72,7 @@ SYSTEMS = {
             "unpaired",
             "Unpaired",
             "unpaired",
+            ("unpaired",),
             reads_key_points=True,
             global_motion=GlobalMotion.WARPED,
         ),
@@ -75,6 +81,7 @@ SYSTEMS = {
             "diverse",
             "Diverse",
             "diverse",
+            ("diverse", "diverse_full"),
             samples_styles=True,
         ),
         System(
@@ -82,6 +89,7 @@ SYSTEMS = {
             "latent",
             "Latent",
             "latent",
+            ("latent", "latent_unlabelled", "latent_vae"),
             samples_styles=True,
             global_motion=GlobalMotion.PREDICTED,
         ),
@@ -90,5 +98,12 @@ SYSTEMS = {
 
 
 def all_networks() -> dict[str, System]:
-    """Network name -> its system; the module of every system is imported."""
-    return {network: system for system in SYSTEMS.values() for network in system.load_configs()}
+    """Network name -> its system."""
+    return {network: system for system in SYSTEMS.values() for network in system.networks}
+
+
+def system_of_network(network: str) -> System:
+    """The system of a network by its name. Raises ValueError for an unknown one."""
+    if network not in all_networks():
+        raise ValueError(f"there is no network '{shorten(network)}': use one of {', '.join(all_networks())}")
+    return all_networks()[network]

@@ -12,7 +12,7 @@ from sim.io import tensor_file
 from sim.io.provenance import noncommercial
 from stylizer.styles import own_style
 from stylizer.styles.bank import own_motion_file
-from stylizer.styles.code_bank import FOLDER, encode_codes
+from stylizer.styles.code_bank import encode_codes
 from stylizer.styles.encoding import refit_clips
 from stylizer.styles.own_style import OWN
 from stylizer.styles.style_clips import OwnMotion, StyleClips
@@ -25,7 +25,7 @@ from stylizer.styles.style_file import (
     write,
     write_own_motion,
 )
-from stylizer.styles.style_names import BUNDLED
+from stylizer.styles.style_names import BUNDLED, CODES
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
 from stylizer.systems.motion_puzzle.model import MotionPuzzle
@@ -41,14 +41,14 @@ def rebuild(own: OwnMotion, out_dir: Path, styles: Path = BUNDLED) -> list[Path]
     out = {
         folder: to for folder, to in ((styles, Path(out_dir)), (noncommercial(styles), noncommercial(Path(out_dir))))
     }
-    folders = [child for folder in out for child in sorted(folder.glob("*/")) if child.name != FOLDER]
+    folders = [child for folder in out for child in sorted(folder.glob("*/")) if child.name != CODES]
     files = {
         path: read_checked(path)
         for folder in folders
         for path in sorted(folder.glob("*.safetensors"))
         if path.stem != OWN
     }
-    codes = {path: checkpoint.read(path) for folder in out for path in sorted((folder / FOLDER).glob("*.safetensors"))}
+    codes = {path: checkpoint.read(path) for folder in out for path in sorted((folder / CODES).glob("*.safetensors"))}
     networks = {name: checkpoint.load(name) for name in dict.fromkeys(path.parent.name for path in files)}
     systems = {path: checkpoint.load(path.stem) for path in codes}
     for path, (header, _) in (files | codes).items():

@@ -15,7 +15,7 @@ from stylizer.runtime.catalogue import STYLES
 from stylizer.styles.bundled_styles import build_bundled
 from stylizer.styles.code_bank import build_codes
 from stylizer.systems.motion_puzzle.objective import RECIPES
-from stylizer.systems.registry import all_networks
+from stylizer.systems.registry import system_of_network
 from stylizer.training.distributed import Processes, wait
 from stylizer.training.train_joints import JointTrainer
 from stylizer.training.train_systems import SystemTrainer
@@ -91,7 +91,7 @@ def train(
                     trainer.save_weights(path, data_dir, command + left_out)
         if rank == 0:
             plot_curve(out_dir / "curve.csv")
-            build = build_bundled if all_networks()[network].by_part else build_codes
+            build = build_bundled if system_of_network(network).by_part else build_codes
             build(network, out_dir, data_dir, out_dir / STYLES)
         wait()
     return path
@@ -99,7 +99,7 @@ def train(
 
 def make_trainer(network: str, recipe: str) -> Callable[[MotionData, int], Trainer]:
     """What makes the trainer of a network, of data and a seed. Raises ValueError for unknown names."""
-    system = look_up(all_networks(), network, "network")
+    system = system_of_network(network)
     if system.kind in ONE_RECIPE:
         if recipe != "ours":
             raise ValueError(f"{network} has one recipe: leave --recipe out")

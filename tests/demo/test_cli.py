@@ -20,7 +20,8 @@ from sim.ground.catalogue import load_ground
 from sim.io import recording
 from sim.io.provenance import NONCOMMERCIAL
 from sim.style_spec import PartSpec
-from stylizer.styles.bundled_styles import CLIPS, licence_of
+from stylizer.styles.clip_table import CLIPS, licence_of
+from stylizer.systems import weight_files
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.registry import all_networks
 from tests.conftest import fake_session
@@ -59,6 +60,11 @@ MISTAKES = {
     "--crowd ٣": "'٣' is no size of a crowd",
     "--seconds 3": "--seconds goes with --crowd N",
     "export": "required: format, OUT",
+    "--crowd 3 --seconds 1 --vmc": "a crowd without a window is only timed: leave --vmc out",
+    "--crowd 3 --seconds 1 --character hero.glb --map map.json": "leave --character and --map out",
+    "serve --host a..b": "--host a..b is no name of a machine",
+    "serve --host=": "nothing stands behind --host",
+    "stylize clips/walk.bvh --style arms=old -o .": "cannot write bvh to .: it is not a file",
     "export fbx out": "invalid choice: 'fbx'",
     "export onnx out --ground flat": "'flat' is what the player walks on without a ground",
     "export onnx out --ground moon": "unknown ground 'moon'",
@@ -185,24 +191,66 @@ def test_the_version_is_printed(capsys):
 
 
 @pytest.mark.parametrize(
+    "line", ["export onnx", "serve --host", "replay good.jsonl --headless --poses", "styles remove"]
+)
+@pytest.mark.parametrize("nothing", ["", "  "])
+def test_an_empty_word_is_no_place_to_write_to(line, nothing, folder, capsys):
+    before = sorted(folder.rglob("*"))
+    assert cli.main([*line.split(), nothing]) == 2
+    assert f"nothing stands behind {line.split()[-1]}" in capsys.readouterr().err
+    assert sorted(folder.rglob("*")) == before
+
+
+def test_a_crowd_without_a_display_says_what_it_leaves_out(folder, fake_models, monkeypatch, capsys):
+    monkeypatch.setattr("demo.render.window.has_display", lambda: False)
+    assert cli.main("--crowd 3 --vmc".split()) == 2
+    assert "a crowd without a window is only timed: leave --vmc out" in capsys.readouterr().err
+
+
+UNKNOWN_STYLE = "stylize clips/walk.bvh --style arms=nothing -o out.bvh --stylizer"
+
+
+@pytest.mark.parametrize(
     "line, status",
     [
-        ("styles list", 0),
         ("--version", 0),
+        *((f"styles list --stylizer {name}", 0) for name in weight_files.names()),
+        *((f"{UNKNOWN_STYLE} {name}", 2) for name in weight_files.names()),
         ("styles remove nothing", 2),
-        ("stylize walk.bvh --style arms=nothing -o out.bvh", 2),
+        ("styles list --stylizer nothing", 2),
+        ("styles add nothing.bvh --name mine", 2),
+        ("styles add clips/walk.bvh --name mine --stylizer nothing", 2),
+        ("stylize nothing.bvh --style arms=zombie -o out.bvh", 2),
+        ("replay odd.jsonl --headless", 2),
+        ("replay good.jsonl --headless --stylizer nothing", 2),
+        ("train stylizer --data clips --network nothing", 2),
+        ("serve --stylizer nothing", 2),
+        ("--stylizer nothing", 2),
+        ("--ground nothing", 2),
+        ("--crowd 3 --seconds 1 --stylizer nothing", 2),
     ],
 )
 def test_what_needs_no_network_loads_none(folder, line, status):
+    assert not {"torch", "scipy"} & loaded_by(line, status), "they take seconds to load"
+
+
+@pytest.mark.parametrize("line", ["--character nothing.glb", "serve --character nothing.glb", "--vmc nowhere:x"])
+def test_what_needs_no_network_loads_no_torch(folder, line):
+    assert "torch" not in loaded_by(line, 2)
+
+
+def loaded_by(line: str, status: int) -> set[str]:
+    """The packages that a command line imports, which ends with this status."""
     script = f"""import sys
 from demo.cli import main
 status = main({line.split()})
-assert "torch" not in sys.modules and "scipy" not in sys.modules, "they take seconds to load"
+print(*(name for name in sys.modules if "." not in name), sep=chr(10))
 sys.exit(status)"""
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}
     )
     assert done.returncode == status, done.stderr
+    return set(done.stdout.splitlines())
 
 
 def test_a_recordings_stylizer_is_a_name_and_no_path(folder, capsys):

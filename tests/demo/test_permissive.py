@@ -11,9 +11,9 @@ from sim.io import recording, tensor_file
 from sim.io.provenance import NONCOMMERCIAL, PERMISSIVE, noncommercial
 from stylizer.styles import bank as bank_module
 from stylizer.styles.bank import BUNDLED, StyleBank
-from stylizer.styles.bundled_styles import CLIPS, licence_of
+from stylizer.styles.clip_table import CLIPS, licence_of
 from stylizer.styles.own_style import OWN
-from stylizer.systems import checkpoint
+from stylizer.systems import checkpoint, weight_files
 
 FREE = {name for name, clips in CLIPS.items() if NONCOMMERCIAL not in licence_of(clips)}
 OLD = '{"format": "patchwalk-recording", "version": 1, "fps": 60}\n{"frame": 0, "style": {"spine": ["old", 1.0]}}\n'
@@ -32,7 +32,7 @@ def switch(monkeypatch, tmp_path):
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
 
 
-@pytest.mark.parametrize("folder", [BUNDLED, checkpoint.FOLDER])
+@pytest.mark.parametrize("folder", [BUNDLED, weight_files.FOLDER])
 def test_every_file_says_which_it_is(folder):
     for where, marked in ((folder, False), (noncommercial(folder), True)):
         files = list(where.rglob("*.safetensors"))
@@ -43,7 +43,7 @@ def test_every_file_says_which_it_is(folder):
 
 def test_the_switch_leaves_out_styles_and_stylizers(permissive):
     assert len(FREE) >= 14
-    assert set(StyleBank().names) == {*FREE, OWN} and checkpoint.names() == (checkpoint.SHIPPED, "slim")
+    assert set(StyleBank().names) == {*FREE, OWN} and weight_files.names() == (checkpoint.SHIPPED, "slim")
     with pytest.raises(ValueError, match="the style 'old' is for non-commercial use: start without --permissive"):
         StyleBank()["old"]
     with pytest.raises(ValueError, match="the stylizer 'latent' is for non-commercial use: start without --permissive"):

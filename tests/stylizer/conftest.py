@@ -13,7 +13,7 @@ from stylizer.styles import own_style, style_file
 from stylizer.styles.bank import StyleBank, own_motion_file
 from stylizer.styles.encoding import encode_clips
 from stylizer.styles.style_clips import SHORTEST, WINDOW, Gait, Movement, OwnMotion, style_windows
-from stylizer.systems import checkpoint
+from stylizer.systems import checkpoint, weight_files
 from stylizer.systems.motion_puzzle.config import SLIM
 from stylizer.systems.motion_puzzle.joint_config import JOINT_PUZZLE
 from stylizer.systems.motion_puzzle.joint_model import JointPuzzle
@@ -69,7 +69,7 @@ def make_bank(folder, monkeypatch, model: MotionPuzzle | JointPuzzle) -> StyleBa
     features = clip_features(walking_clip())
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
     checkpoint.save(model, folder / "weights" / "tiny.safetensors", licence="none")
-    monkeypatch.setattr(checkpoint, "FOLDER", folder / "weights")
+    monkeypatch.setattr(weight_files, "FOLDER", folder / "weights")
     model, fingerprint = checkpoint.load("tiny")
     elsewhere = np.random.default_rng(0).normal(size=(21, 15))
     own = own_motion(features)

@@ -227,7 +227,7 @@ def test_a_stylizer_for_another_controller_is_not_taken(monkeypatch, own_of):
     session = fake_session()
     session.controller.fingerprint = "this one"
     other = SimpleNamespace(name="other", own_of=own_of, transfer_state=lambda before: None)
-    monkeypatch.setattr("stylizer.systems.checkpoint.names", lambda: ("joints", "other"))
+    monkeypatch.setattr("stylizer.systems.weight_files.names", lambda: ("joints", "other"))
     monkeypatch.setattr("stylizer.runtime.catalogue.from_pretrained", lambda name: other)
     stylizers, before = Stylizers(session), session.stylizer
     if own_of == "another":
@@ -286,7 +286,7 @@ def test_the_attract_mode_starts_over_on_uneven_ground(screen):
 
 
 def test_there_may_be_no_other_stylizer(screen, monkeypatch):
-    monkeypatch.setattr("stylizer.systems.checkpoint.names", lambda: ("joints",))
+    monkeypatch.setattr("stylizer.systems.weight_files.names", lambda: ("joints",))
     live, _ = play(screen, {2: [key("y")], 4: [key("u")]}, 0.2)
     texts = [text for _, text, _ in live.toasts]
     assert any("no other stylizer" in text for text in texts)

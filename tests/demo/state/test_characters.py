@@ -59,7 +59,7 @@ def test_a_file_with_a_skinned_mesh_is_a_character_and_a_motion_is_none(tmp_path
     [
         ("--character gone.glb", "gone.glb: No such file"),
         ("--character walk.bvh", "walk.bvh is no character"),
-        ("replay demo.jsonl --headless --character empty.glb", "empty.glb is no glTF file"),
+        ("replay demo.jsonl --headless --character empty.glb", "empty.glb: it is a .glb without"),
         ("replay demo.jsonl --headless --in-place --root-motion", "not allowed with"),
         ("stylize a.bvh --style arms=old -o b.bvh --retarget-back --character hero.glb", "leave the others out"),
     ],

@@ -100,13 +100,19 @@ def _unhang(document: dict, number: int) -> None:
 @pytest.mark.parametrize(
     "change, sentence",
     [
-        (lambda d: d.pop("meshes"), "it has no mesh"),
+        (lambda d: d.pop("meshes") and d["nodes"][-1].pop("mesh"), "it has no mesh"),
         (lambda d: d["nodes"][-1].pop("skin"), "not tied to a skeleton"),
         (lambda d: d["meshes"][0]["primitives"][0]["attributes"].pop("JOINTS_0"), "follow no joints"),
         (lambda d: d.update(extensionsRequired=["KHR_draco_mesh_compression"]), "without compression"),
         (lambda d: d["nodes"][0].update(scale=[1.0, 2.0, 1.0]), "scaled unevenly"),
         (lambda d: d["accessors"][0].update(count=10**9), "reaches beyond|more than any file|over 666666666 triangles"),
-        (lambda d: d["nodes"][1].update(children=[0]), "no tree|in a circle"),
+        (lambda d: d["nodes"][1].update(children=[0]), "hangs on two others|in a circle"),
+        (lambda d: d["nodes"][0].update(scale=[1e6] * 3), "legs are 8.*e.05 m long: glTF counts in metres"),
+        (lambda d: d["nodes"][0].update(scale=[1e-9] * 3), "legs are 8.*e-10 m long: glTF counts in metres"),
+        (lambda d: d["skins"][0]["joints"].__setitem__(3, 99), r"skins\[0\].joints\[3\] is 99, but there are 23 nodes"),
+        (lambda d: d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"].pop("index"), "has no 'index'"),
+        (lambda d: d.pop("textures"), r"baseColorTexture.index is 0, but there are 0 textures"),
+        (lambda d: d["bufferViews"][-1].update(byteLength=10**8), "reaches beyond its buffer"),
         (lambda d: [node.update(name="a") for node in d["nodes"]] and _unhang(d, 2), "not known"),
     ],
 )
@@ -131,6 +137,12 @@ def test_a_vrm_table_that_leaves_out_a_limb_is_refused(tmp_path):
     build = Build(names={ours: name for ours, name in NAMELESS.items() if ours != "LeftForeArm"}, vrm=1)
     with pytest.raises(ValueError, match="VRM's table of its bones is not whole"):
         load_character(write(tmp_path / "hero.vrm", build))
+
+
+def test_a_joint_that_lies_absurdly_far_away_is_named(tmp_path):
+    path = write(tmp_path / "hero.glb", Build(extra={"hair": ("Head", (0.0, 1e6, 0.0))}))
+    with pytest.raises(ValueError, match="its joint 'hair' lies 1[0-9]{6} leg lengths from its hips"):
+        load_character(path)
 
 
 def test_every_one_of_ours_has_a_constant(tmp_path):

@@ -77,14 +77,6 @@ def test_the_strongest_four_of_eight_ties_are_kept(tmp_path):
     np.testing.assert_allclose(mesh.weights.sum(axis=-1), 1.0)
 
 
-def test_a_texture_that_cannot_be_read_is_left_out_with_a_warning(tmp_path):
-    path = tmp_path / "hero.glb"
-    path.write_bytes(edited(encode(Build()), lambda d: d["images"][0].update(bufferView=0)))
-    with pytest.warns(UserWarning, match="the texture of 'cloth' is left out"):
-        character = load_character(path)
-    assert character.mesh.materials[0].picture is None
-
-
 def test_a_texture_s_place_is_moved_as_the_file_says(tmp_path):
     def move(document):
         base = document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]

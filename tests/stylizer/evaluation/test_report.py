@@ -10,7 +10,7 @@ from sim.math import rotations as rot
 from stylizer.data import style_labels
 from stylizer.evaluation import classifier, figures, held_out_pairs, report, transfer_benchmark
 from stylizer.evaluation.classifier import load_classifier
-from stylizer.systems import checkpoint
+from stylizer.systems import weight_files
 from tests.support.walker import walking_clip
 
 STYLES = {"normal": 0.0, "proud": 0.6, "old": -0.9}  # how far the left arm is raised, radians
@@ -35,7 +35,7 @@ def data(tmp_path):
 @pytest.fixture
 def quick(bank, monkeypatch, tmp_path):
     """A tiny network that is the shipped one, and little of everything."""
-    (checkpoint.FOLDER / "tiny.safetensors").rename(checkpoint.FOLDER / "joints.safetensors")
+    (weight_files.FOLDER / "tiny.safetensors").rename(weight_files.FOLDER / "joints.safetensors")
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
     monkeypatch.setattr(transfer_benchmark, "TRIALS", 2)
     for name, value in {

@@ -19,7 +19,7 @@ from stylizer.styles import bank as bank_module
 from stylizer.styles import code_bank
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.code_bank import CodeBank
-from stylizer.systems import checkpoint, unpaired
+from stylizer.systems import checkpoint, unpaired, weight_files
 from tests.stylizer.conftest import CONTROLLER
 from tests.stylizer.styles import test_keypoints_2d as test_key_points
 from tests.support.walker import walking_clip
@@ -35,17 +35,17 @@ def package(bank, tmp_path, monkeypatch):
     )
     features = clip_features(walking_clip())
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
-    (checkpoint.FOLDER / "tiny.safetensors").rename(checkpoint.FOLDER / "joints.safetensors")
-    checkpoint.save(model, checkpoint.FOLDER / "unpaired.safetensors", licence="none")
+    (weight_files.FOLDER / "tiny.safetensors").rename(weight_files.FOLDER / "joints.safetensors")
+    checkpoint.save(model, weight_files.FOLDER / "unpaired.safetensors", licence="none")
     monkeypatch.setenv("PATCHWALK_HOME", str(tmp_path / "home"))
     (tmp_path / "styles" / "tiny").rename(tmp_path / "styles" / "joints")
     monkeypatch.setattr(bank_module, "BUNDLED", tmp_path / "styles")
-    code_bank.build_codes("unpaired", checkpoint.FOLDER, tmp_path, tmp_path / "styles")
+    code_bank.build_codes("unpaired", weight_files.FOLDER, tmp_path, tmp_path / "styles")
     return tmp_path
 
 
 def test_each_name_has_its_bank_and_its_live_stylizer(package):
-    assert checkpoint.names() == ("joints", "unpaired")
+    assert weight_files.names() == ("joints", "unpaired")
     assert (
         type(catalogue.load_bank()) is type(catalogue.load_bank("joints")) is StyleBank
         and type(catalogue.load_bank("unpaired")) is CodeBank
@@ -59,17 +59,17 @@ def test_each_name_has_its_bank_and_its_live_stylizer(package):
 def test_weights_and_styles_of_a_training_run_are_taken_from_its_folder(package):
     run = package / "run"
     shutil.copytree(package / "styles" / "joints", run / catalogue.STYLES / "joints")
-    shutil.move(checkpoint.FOLDER / "joints.safetensors", run)
+    shutil.move(weight_files.FOLDER / "joints.safetensors", run)
     with pytest.raises(ValueError, match="no stylizer weights"):
         catalogue.load_bank("joints")
     bank = catalogue.load_bank("joints", run)
     assert bank.names == ("neutral", "other") and bank.controller == CONTROLLER, "of the package's own motion"
     with pytest.raises(ValueError, match="only weights of Motion Puzzle are taken from a folder"):
-        catalogue.load_bank("unpaired", checkpoint.FOLDER)
+        catalogue.load_bank("unpaired", weight_files.FOLDER)
 
 
 def test_codes_of_other_weights_are_refused(package):
-    checkpoint.save(checkpoint.load("unpaired")[0], checkpoint.FOLDER / "unpaired.safetensors", licence="changed")
+    checkpoint.save(checkpoint.load("unpaired")[0], weight_files.FOLDER / "unpaired.safetensors", licence="changed")
     with pytest.raises(ValueError, match="computed with other stylizer weights"):
         catalogue.load_bank("unpaired")
 
@@ -116,6 +116,6 @@ def test_the_window_goes_through_the_stylizers_and_back(package, walk_file, monk
         stylizers.resample()
     session.stylizer.bank.add("learned", walk_file)
     assert stylizers.next() == "joints" and session.stylizer is first and "learned" in first.styles
-    monkeypatch.setattr(checkpoint, "names", lambda: ("joints",))
+    monkeypatch.setattr(weight_files, "names", lambda: ("joints",))
     with pytest.raises(ValueError, match="no other stylizer"):
         stylizers.next()

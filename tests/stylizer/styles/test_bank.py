@@ -16,7 +16,7 @@ from stylizer.runtime.catalogue import make_stylizer
 from stylizer.styles import own_style, style_file
 from stylizer.styles.bank import StyleBank, own_motion_file
 from stylizer.styles.style_clips import style_windows
-from stylizer.systems import checkpoint
+from stylizer.systems import checkpoint, weight_files
 from tests.stylizer.conftest import CONTROLLER, own_motion
 from tests.support.walker import CYCLE, SPEED, planted_clip, walking_clip
 
@@ -41,25 +41,25 @@ def rewritten(path, **changes):
 
 @pytest.mark.parametrize("key", ["model", "version", "layout", "skeleton"])
 def test_weights_made_for_something_else_are_refused(bank, key):
-    rewritten(checkpoint.FOLDER / "tiny.safetensors", **{key: "another"})
+    rewritten(weight_files.FOLDER / "tiny.safetensors", **{key: "another"})
     with pytest.raises(ValueError, match=f"made for {key} 'another'"):
-        checkpoint.load("tiny", checkpoint.FOLDER)
+        checkpoint.load("tiny", weight_files.FOLDER)
 
 
 @pytest.mark.parametrize("change", [{"stem": 5}, {"no_longer": 1}])
 def test_a_network_that_is_made_otherwise_now_is_refused(bank, change):
-    path = checkpoint.FOLDER / "tiny.safetensors"
+    path = weight_files.FOLDER / "tiny.safetensors"
     rewritten(path, config=json.dumps({**json.loads(checkpoint.read(path)[0]["config"]), **change}))
     with pytest.raises(ValueError, match="of another version"):
-        checkpoint.load("tiny", checkpoint.FOLDER)
+        checkpoint.load("tiny", weight_files.FOLDER)
 
 
 def test_missing_and_damaged_weights_are_refused(bank):
     with pytest.raises(ValueError, match="no stylizer weights at"):
-        checkpoint.load("absent", checkpoint.FOLDER)
-    (checkpoint.FOLDER / "broken.safetensors").write_bytes(b"nonsense")
+        checkpoint.load("absent", weight_files.FOLDER)
+    (weight_files.FOLDER / "broken.safetensors").write_bytes(b"nonsense")
     with pytest.raises(ValueError, match="not a readable safetensors file"):
-        checkpoint.load("broken", checkpoint.FOLDER)
+        checkpoint.load("broken", weight_files.FOLDER)
 
 
 def test_a_style_is_added_found_again_and_removed(bank, walk_file):
@@ -178,7 +178,7 @@ def test_new_weights_read_the_users_styles_again_and_refuse_bundled_ones(bank, w
     model, _ = checkpoint.load("tiny")
     with torch.no_grad():
         model.moments.code.weight.mul_(2)
-    checkpoint.save(model, checkpoint.FOLDER / "tiny.safetensors")
+    checkpoint.save(model, weight_files.FOLDER / "tiny.safetensors")
     with pytest.raises(
         ValueError, match="neutral.safetensors was computed for other weights of stylizer or controller"
     ):
@@ -345,20 +345,20 @@ def test_a_style_of_older_weights_in_a_home_that_cannot_be_written_is_made_again
 
 
 def test_weights_that_are_not_finite_are_refused(bank):
-    path = checkpoint.FOLDER / "tiny.safetensors"
+    path = weight_files.FOLDER / "tiny.safetensors"
     header, tensors = checkpoint.read(path)
     next(iter(tensors.values())).view(-1)[0] = torch.nan
     save_file(tensors, path, header)
     with pytest.raises(ValueError, match="tiny.safetensors: some of its numbers are not finite"):
-        checkpoint.load("tiny", checkpoint.FOLDER)
+        checkpoint.load("tiny", weight_files.FOLDER)
 
 
 @pytest.mark.parametrize("config", ["[" * 50_000, "[]", "{", '{"parts": null}', "1e999"])
 def test_weights_whose_header_makes_no_sense_are_refused(bank, config):
-    path = checkpoint.FOLDER / "tiny.safetensors"
+    path = weight_files.FOLDER / "tiny.safetensors"
     rewritten(path, config=config)
     with pytest.raises(ValueError, match="tiny.safetensors is damaged, or of another version"):
-        checkpoint.load("tiny", checkpoint.FOLDER)
+        checkpoint.load("tiny", weight_files.FOLDER)
 
 
 @pytest.mark.parametrize("name", ["../tiny", "/etc/passwd", "a/b", "", "x" * 200, "..\\tiny"])

@@ -27,7 +27,7 @@ from stylizer.styles.code_bank import CodeBank, build_codes
 from stylizer.styles.keypoints_2d import TORSO
 from stylizer.styles.style_clips import Gait, OwnMotion
 from stylizer.styles.style_file import GAIT_NUMBERS, read_checked, read_own_motion, read_windows, write_own_motion
-from stylizer.systems import checkpoint, diverse, latent, unpaired
+from stylizer.systems import checkpoint, diverse, latent, unpaired, weight_files
 from stylizer.systems.registry import SYSTEMS
 from stylizer.systems.whole_body import combine_joints, complete_features, joints_by_code
 from stylizer.training import train_systems
@@ -282,12 +282,12 @@ def bank(request, tmp_path, monkeypatch, walk_file, own_file):
                 parameter.mul_(4)  # untrained, the styles would hardly differ
     features = clip_features(walking_clip())
     model.set_statistics(features.mean(0), np.full((21, 15), 0.3))
-    monkeypatch.setattr(checkpoint, "FOLDER", tmp_path / "weights")
-    checkpoint.save(model, checkpoint.FOLDER / f"{request.param}.safetensors", licence="none")
+    monkeypatch.setattr(weight_files, "FOLDER", tmp_path / "weights")
+    checkpoint.save(model, weight_files.FOLDER / f"{request.param}.safetensors", licence="none")
     (tmp_path / "styles").mkdir()
     shutil.copy(own_file, tmp_path / "styles")
     monkeypatch.setattr(bank_module, "BUNDLED", tmp_path / "styles")
-    build_codes(request.param, checkpoint.FOLDER, tmp_path, tmp_path / "styles")
+    build_codes(request.param, weight_files.FOLDER, tmp_path, tmp_path / "styles")
     bank = CodeBank(request.param, tmp_path / "styles", tmp_path / "user")
     bank.add("limp", walk_file)
     return bank
@@ -475,7 +475,7 @@ class Shifted:
 
 
 def test_codes_of_another_controller_are_refused_in_one_sentence(bank):
-    path = bank.bundled / code_bank.FOLDER / f"{bank.name}.safetensors"
+    path = bank.bundled / code_bank.CODES / f"{bank.name}.safetensors"
     header, tensors = checkpoint.read(path)
     save_file(tensors, path, header | {"controller": "another"})
     with pytest.raises(

@@ -13,7 +13,7 @@ from demo import cli
 from stylizer.styles import code_bank, own_style, style_file
 from stylizer.styles.bank import BUNDLED, StyleBank, own_motion_file
 from stylizer.styles.code_bank import CodeBank
-from stylizer.systems import checkpoint
+from stylizer.systems import checkpoint, weight_files
 from stylizer.training import build_styles
 
 OWN = own_style.OWN
@@ -28,8 +28,8 @@ def styles(tmp_path_factory) -> Path:
     (folder / NETWORK).mkdir()
     for name in ("own_motion", f"{NETWORK}/{OWN}", f"{NETWORK}/{STYLE}"):
         shutil.copy(BUNDLED / f"{name}.safetensors", folder / f"{name}.safetensors")
-    code_bank.build_codes(SYSTEM, checkpoint.FOLDER, folder, folder)
-    path = folder / code_bank.FOLDER / f"{SYSTEM}.safetensors"
+    code_bank.build_codes(SYSTEM, weight_files.FOLDER, folder, folder)
+    path = folder / code_bank.CODES / f"{SYSTEM}.safetensors"
     header, tensors = checkpoint.read(path)
     tensors |= {name.replace(OWN, STYLE): 0.5 * tensor for name, tensor in tensors.items()}
     for key in ("speeds", "movements"):
@@ -89,7 +89,7 @@ def test_tokens_follow_the_new_strides_and_the_rest_of_a_style_stays(rebuilt, st
 def test_styles_of_other_weights_are_refused_before_anything_is_written(styles, tmp_path):
     folder = tmp_path / "styles"
     shutil.copytree(styles, folder)
-    path = folder / code_bank.FOLDER / f"{SYSTEM}.safetensors"
+    path = folder / code_bank.CODES / f"{SYSTEM}.safetensors"
     header, tensors = checkpoint.read(path)
     save_file(tensors, path, header | {"weights": "of old"})
     with pytest.raises(ValueError, match="unpaired.safetensors was computed with other stylizer weights"):

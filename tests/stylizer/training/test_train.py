@@ -17,7 +17,7 @@ from sim.io import bvh
 from sim.motion.features import clip_features
 from stylizer.data.dataset import MotionData, PackedClip, pack
 from stylizer.styles.bank import StyleBank, own_motion_file
-from stylizer.systems import checkpoint
+from stylizer.systems import checkpoint, weight_files
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.motion_puzzle.objective import OURS, RECIPES
 from stylizer.training import train as training
@@ -97,7 +97,7 @@ def test_a_resumed_run_is_the_run_that_never_stopped(tmp_path):
 
 
 def test_training_writes_weights_curve_and_the_neutral_style(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(checkpoint, "FOLDER", tmp_path / "out")
+    monkeypatch.setattr(weight_files, "FOLDER", tmp_path / "out")
     path = training.train(folder, tmp_path / "out", minutes=0.002, network="tiny", recipe="small")
     header, _ = checkpoint.read(path)
     assert json.loads(header["config"])["channels"] == [8, 8, 8]
