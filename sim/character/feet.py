@@ -31,6 +31,7 @@ class Feet:
     def __init__(self, character: Character) -> None:
         self._soles = character.soles
         self.balls = np.array([sole.ball for sole in self._soles])  # (2, 3) from the ankle, in the rest pose
+        self._ahead = [sole.on_toe | (sole.points[:, 2] > 0) for sole in self._soles]  # of the ankle
         toes = [sole.points[sole.on_toe] for sole in self._soles]
         self._toe_lengths = np.array([points[:, 2].max(initial=0.0) for points in toes])  # metres, 0 for no toes
         self._toe_heights = np.array([-points[:, 1].min(initial=0.0) for points in toes])  # of the joint, lying flat
@@ -40,10 +41,13 @@ class Feet:
         """(2, 3) from the ankles to what is lowest of the feet."""
         return np.array([self._lowest(turned, side) for side in range(2)])
 
-    def _lowest(self, turned: np.ndarray, side: int) -> np.ndarray:
+    def _lowest(self, turned: np.ndarray, side: int, which: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """(3,) of one foot; `which` of its points are looked at."""
         sole = self._soles[side]
-        points = rot.rotate(turned[FOOT[side]], np.where(sole.on_toe[:, None], sole.ball, sole.points))
-        points = points + rot.rotate(turned[TOE[side]], np.where(sole.on_toe[:, None], sole.points, 0.0))
+        on_toe, points = sole.on_toe[which, None], sole.points[which]
+        points = rot.rotate(turned[FOOT[side]], np.where(on_toe, sole.ball, points)) + rot.rotate(
+            turned[TOE[side]], np.where(on_toe, points, 0.0)
+        )
         lowest: np.ndarray = points[points[:, 1].argmin()]
         return lowest
 
@@ -63,11 +67,11 @@ class Feet:
         if level:
             on_toes = np.maximum(on_toes + weights * (low + up), 0.0)
             self._lie(pose, turned, low, pitches, axes)
-        heel_first = toes > ankles
-        over = self.rise + ANKLE_HEIGHT + np.where(heel_first, np.maximum(low - CLEARANCE, 0.0), on_toes)
+        over = self.rise + ANKLE_HEIGHT + np.where(pitches > 0, np.maximum(low - CLEARANCE, 0.0), on_toes)
         for side in range(2):
-            if level or not heel_first[side]:
-                self._pitch(turned, side, axes[side], over[side], pitches[side])
+            which = self._ahead[side] if pitches[side] < 0 else ~self._ahead[side]  # of its points may come down first
+            if which.any() and (level or pitches[side] < 0):
+                self._pitch(turned, side, which, axes[side], over[side], pitches[side])
 
     def _lie(self, pose: Pose, turned: np.ndarray, low: np.ndarray, pitches: np.ndarray, axes: np.ndarray) -> None:
         """Feet near the floor do not lean to their side, and toes reach no farther down than to the floor."""
@@ -79,18 +83,20 @@ class Feet:
         turned[FOOT] = rot.multiply(upright, turned[FOOT])
         turned[TOE] = rot.multiply(bent, rot.multiply(upright, turned[TOE]))
 
-    def _pitch(self, turned: np.ndarray, side: int, axis: np.ndarray, over: float, pitch: float) -> None:
+    def _pitch(
+        self, turned: np.ndarray, side: int, which: np.ndarray, axis: np.ndarray, over: float, pitch: float
+    ) -> None:
         """Turns a foot about its ankle until that is `over` metres over the lowest of it; no farther than to lie flat,
         and one that comes down with its heel first only as far as it must."""
         least, most = np.clip((pitch, MOST_PITCH) if pitch < 0 else (-MOST_PITCH, pitch), -MOST_PITCH, MOST_PITCH)
         foot, total = turned[FOOT[side]].copy(), 0.0
         for _ in range(PITCHINGS):
-            point = self._lowest(turned, side)
+            point = self._lowest(turned, side, which)
             down, ahead = -float(point[1]), float(rot.cross(axis, UP) @ point)
             if pitch > 0 and down <= over:
                 break
             angle = np.arctan2(ahead, down)
-            turn = angle - np.copysign(np.arccos(min(over / np.hypot(ahead, down), 1.0)), angle)
+            turn = angle + np.copysign(np.arccos(min(over / np.hypot(ahead, down), 1.0)), pitch)
             total = float(np.clip(total + turn, least, most))
             turned[FOOT[side]] = rot.multiply(rot.from_axis_angle(axis, total), foot)
 

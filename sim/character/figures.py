@@ -25,7 +25,7 @@ LIMBS = {
 def measure(character: Character, poses: Sequence[Pose]) -> dict[str, float]:
     """Of poses on level floor, one frame of 1/60 s after the other: degrees between the directions of our limbs and of
     its, mean and 95th percentile; centimetres that planted soles are off the floor, ours and its, at the 95th and the
-    99th percentile; centimetres a second by which what is planted slides, ours and its, mean."""
+    99th percentile and at most; centimetres a second by which what is planted slides, ours and its, mean."""
     fit = CharacterFit(character)
     fitted = [fit.step(pose) for pose in poses]
     result = {}
@@ -39,7 +39,9 @@ def measure(character: Character, poses: Sequence[Pose]) -> dict[str, float]:
         off = 100 * np.abs(heights[planted])
         carries = np.where(on_ankle[1:, :, None], np.diff(ankles, axis=0), np.diff(toes, axis=0)) * FLOOR
         speeds = 100 * FPS * rot.length(carries)[..., 0][planted[1:] & planted[:-1]]
-        result |= {f"{who}_soles_cm_p{part}": float(np.percentile(off, part)) for part in (95, 99)} if off.size else {}
+        result |= (
+            {f"{who}_soles_cm_p{part}": float(np.percentile(off, part)) for part in (95, 99, 100)} if off.size else {}
+        )
         result |= {f"{who}_skate_cm_s": float(speeds.mean())} if speeds.size else {}
     return result
 

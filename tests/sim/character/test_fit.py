@@ -58,6 +58,12 @@ def test_nothing_jumps(tmp_path, build, walk):
     theirs = np.array([one.positions for one in each])[:, list(character.index.values())]
     fastest = np.linalg.norm(np.diff(ours, axis=0), axis=-1).max()
     assert np.linalg.norm(np.diff(theirs, axis=0), axis=-1).max() < 1.5 * fastest + 0.01
+    feet = [INDEX["LeftFoot"], INDEX["RightFoot"]], [character.index["LeftFoot"], character.index["RightFoot"]]
+    ours, theirs = (
+        np.array([one.rotations[joints] for one in poses]) for poses, joints in zip((walk, each), feet, strict=True)
+    )
+    turns = [np.abs(rot.to_rotation_vector(rot.multiply(q[1:], rot.inverse(q[:-1])))).max() for q in (ours, theirs)]
+    assert turns[1] < 2 * turns[0], "feet that give way do so over some frames"
 
 
 def test_bones_keep_their_lengths_and_other_joints_their_place(tmp_path, walk):
