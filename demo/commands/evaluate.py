@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 HELP = "measure the quality of a model"
 EXAMPLE = """patchwalk evaluate controller --data mocap --json evaluation.json --plots evaluation
   patchwalk evaluate stylizer --data mocap --json transfer.json --plots insight
-  patchwalk evaluate live --data mocap --json live.json --plots strips"""
+  patchwalk evaluate live --data mocap --json live.json --plots strips
+  patchwalk evaluate character hero.glb"""
 ABOUT = {  # what each model's help says
     "controller": """Plays a fixed suite of commands and measures the motion, in about six minutes on one
 core; with --data beside held-out clips.""",
@@ -25,12 +26,15 @@ Bandai-Namco motion.""",
     "live": """Measures what the session draws, every bundled style walking, running, backing, strafing, turning
 and standing, as the controller moves and after the foot lock, in about twelve minutes on one core; it needs
 Bandai-Namco's and SNU's motion in --data.""",
+    "character": """Measures how truly skinned figures follow the session's poses, over a minute of the bundled
+recording on level floor: directions of their limbs, heights of planted soles, how far these slide.""",
 }
 EXAMPLES = {
     "controller": "patchwalk evaluate controller --data mocap --json evaluation.json --plots evaluation",
     "stylizer": """patchwalk evaluate stylizer --data mocap --json transfer.json --plots insight
   patchwalk evaluate stylizer --all --data mocap --json systems.json""",
     "live": "patchwalk evaluate live --data mocap --json live.json --plots strips",
+    "character": "patchwalk evaluate character hero.glb other.vrm --json characters.json",
 }
 DATA = {
     "controller": "a folder of BVH files: held-out clips to measure alike",
@@ -44,6 +48,7 @@ PLOTS = {
 }
 COLUMNS = "{:<36} {:>10} {:>10} {:>18}  {}"
 VERDICTS = {True: "ok", False: "short", None: "-"}
+CHARACTER_SECONDS = 60  # of the bundled recording
 ROW_COLUMNS = "{:<18} {:<8} {:>13} {:>13} {:>13} {:>13} {:>13} {:>13} {:>8}"
 
 
@@ -61,9 +66,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         for name in MODELS
     }
     for name, model in each.items():
-        model.add_argument("--data", type=Path, metavar="DIR", help=DATA[name])
         model.add_argument("--json", type=Path, metavar="OUT.json", help="where to write the figures")
-        model.add_argument("--plots", type=Path, metavar="DIR", help=PLOTS[name])
+        if name in DATA:
+            model.add_argument("--data", type=Path, metavar="DIR", help=DATA[name])
+            model.add_argument("--plots", type=Path, metavar="DIR", help=PLOTS[name])
+    each["character"].add_argument("files", nargs="+", type=Path, metavar="HERO.glb", help="skinned figures to measure")
     each["stylizer"].add_argument(
         "--all", action="store_true", help="every system whose weights are there in one table, with 95%% intervals"
     )
@@ -160,6 +167,26 @@ def _live(args: argparse.Namespace) -> int:
     return 0
 
 
+def _character(args: argparse.Namespace) -> int:
+    from demo.assemble import BUNDLED_RECORDING, build_session
+    from sim.character.character import load_character
+    from sim.character.figures import measure
+    from sim.io import recording
+    from sim.motion.clip import FPS
+
+    characters = [load_character(path) for path in args.files]
+    session = build_session()
+    poses = [
+        session.step(command).styled for command in recording.read(BUNDLED_RECORDING).first(CHARACTER_SECONDS * FPS)
+    ]
+    report = {str(character.path): measure(character, poses) for character in characters}
+    names = list(dict.fromkeys(name for figures in report.values() for name in figures))
+    print("\n".join(f"{name:<24}" + "".join(f" {each[name]:8.2f}" for each in report.values()) for name in names))
+    if args.json:
+        _write(args.json, report)
+    return 0
+
+
 def _all_stylizers(args: argparse.Namespace) -> int:
     from stylizer.evaluation import compare
 
@@ -194,7 +221,7 @@ def _write(path: Path, report: dict) -> None:
     print(f"wrote {path}", flush=True)
 
 
-MODELS = {"controller": _controller, "stylizer": _stylizer, "live": _live}
+MODELS = {"controller": _controller, "stylizer": _stylizer, "live": _live, "character": _character}
 
 
 def transfer_table(report: dict) -> str:
@@ -247,14 +274,15 @@ def _bounds(low: float | None, high: float | None) -> str:
 def _check(args: argparse.Namespace) -> None:
     """Raises ValueError or OSError for what could only fail after minutes of work."""
     weights = getattr(args, "weights", None)
-    if getattr(args, "all", False) and args.plots:
+    plots, data = getattr(args, "plots", None), getattr(args, "data", None)
+    if getattr(args, "all", False) and plots:
         raise ValueError("--all draws no pictures: leave --plots out")
-    if args.data and not args.data.is_dir():
-        raise ValueError(f"there is no folder {args.data}; name one that holds BVH files with --data")
+    if data and not data.is_dir():
+        raise ValueError(f"there is no folder {data}; name one that holds BVH files with --data")
     if weights and not weights.is_dir():
         raise ValueError(f"there is no folder {weights}; name one that holds stylizer weights with --weights")
-    if args.plots and args.plots.exists() and not args.plots.is_dir():
-        raise ValueError(f"cannot draw into {args.plots}: it is not a folder")
+    if plots and plots.exists() and not plots.is_dir():
+        raise ValueError(f"cannot draw into {plots}: it is not a folder")
     if args.json:
         from demo.export.export import check_outputs
 

@@ -12,8 +12,9 @@ import numpy as np
 from sim.body.kinematics import two_bone_ik
 from sim.body.limb_ik import LEG_LENGTH, LEGS, height_missing
 from sim.body.pose import Pose
-from sim.body.skeleton import ANKLE_HEIGHT, BETWEEN_HIPS, CONTACT_JOINTS, TOE_HEIGHT
+from sim.body.skeleton import ANKLE_HEIGHT, BETWEEN_HIPS, TOE_HEIGHT
 from sim.character.character import ROOT, Character
+from sim.character.feet import CLEARANCE, FOOT, TOE, Feet
 from sim.ground.ground import Ground
 from sim.math import rotations as rot
 from sim.math.easing import smooth_step
@@ -23,21 +24,20 @@ from sim.motion.clip import FPS
 from sim.motion.thresholds import FOOT_LOCKED
 from sim.retarget.plausibility import SIDES
 
-WEIGHT_HALFLIFE = 0.03  # seconds in which a foot that lands or lifts takes or gives half of the body's weight
+WEIGHT_HALFLIFE = 0.02  # seconds in which a foot that lands or lifts takes or gives half of the body's weight
 SHIFT_HALFLIFE = 0.04  # seconds, for the hips' way to where the foot that carries has them
 RELEASE_HALFLIFE = 0.04  # seconds in which half of what a lifted foot is off its leg is gone
 # Share of the body's shift from ours that each landing foot takes back: on level floor, and on uneven ground, where
 # feet have to land on what ours land on.
 LEAK, UNEVEN_LEAK = 0.15, 1.0
-MOST_PITCH = np.radians(25.0)
 FULL = 0.5  # of the feet's weights: with less, hips stay the more where they are; both feet are in the air
-CLEARANCE = 0.015  # metres: a foot in the air is as high over the ground as ours up to this
 REACH = 0.9998  # share of a leg's length that is used
+# A foot on its toes can raise its heel: that is how much it says of the hips' height, and how much of that fades.
+TOES_VOICE, TOES_LEAK = 0.2, 0.15
 SOFT = 0.001  # metres that a leg may still be stretched when the hips begin to sink for it
 LEAP = 0.3  # metres in a frame: so far goes no body, it was put somewhere else
 DT = 1 / FPS
-UP_LEG, LOW_LEG, FOOT = LEGS
-TOE = CONTACT_JOINTS[1::2]
+UP_LEG, LOW_LEG = LEGS[:2]
 
 
 @dataclass(frozen=True)
@@ -71,12 +71,8 @@ class CharacterFit:
             np.array([at[side + end] - at[side + start] for side in SIDES])
             for start, end in (("UpLeg", "Leg"), ("Leg", "Foot"))
         )
-        self._balls = np.array([sole.ball for sole in character.soles])
+        self._feet = Feet(character)
         self._offsets = np.where(character.rig.parents[:, None] >= 0, rest - rest[character.rig.parents], rest)
-
-        straight = character.constants
-        under = [self._lowest(straight, side) for side in range(2)]
-        self._rise = -float(np.mean(under)) - ANKLE_HEIGHT  # of its ankles over ours
         self.restart()
 
     def restart(self) -> None:
@@ -92,15 +88,18 @@ class CharacterFit:
         """The character in the next pose, on the ground that the pose was made on (None: level floor)."""
         own = np.concatenate([pose.rotations, rot.from_yaw(pose.root_facing)[None]])
         turned = rot.multiply(own, self.character.constants)
-        self._raise_heels(pose, turned)
         weights = self._carry(pose)
+        self._feet.pitch(pose, turned, weights, float(self._shift[1]), ground is None)
 
-        middle = pose.hips + rot.rotate(pose.rotations[0], BETWEEN_HIPS) + self._rise * UP
+        middle = pose.hips + rot.rotate(pose.rotations[0], BETWEEN_HIPS) + self._feet.rise * UP
         sockets = middle + rot.rotate(turned[0], self._sockets)
         free = sockets + self._legs(turned)  # ankles as our directions have them
+        on_toes = weights * self._feet.heel_up(pose)
+        if ground is None:
+            self._aim(pose, turned, free + self._shift, on_toes)
         heights, least = self._stand(pose, turned, weights, ground)
         standing = self._hold(pose, turned, free) + heights[:, None] * UP
-        self._follow(weights, standing - free)
+        self._follow(weights, on_toes, standing - free, least - free[:, 1])
         sockets, free = sockets + self._shift, free + self._shift
         targets = free + self._stray(standing - free, LEAK if ground is None else UNEVEN_LEAK)
         targets[:, 1] = free[:, 1] + weights * (heights - free[:, 1])
@@ -129,19 +128,14 @@ class CharacterFit:
         self._weights, self._rates = spring_step(self._weights, self._rates, planted, WEIGHT_HALFLIFE, DT)
         return np.minimum(np.maximum(self._weights, 0.0), 1.0)
 
-    def _raise_heels(self, pose: Pose, turned: np.ndarray) -> None:
-        """Where a foot stands on its toes, its heel is as high as ours: a longer foot is pitched less, so that the leg
-        above it is as ours is."""
-        heights = (pose.positions[FOOT] - pose.positions[TOE])[:, 1] - ANKLE_HEIGHT + TOE_HEIGHT  # of our heels
-        for side in np.flatnonzero(heights > 0).tolist():
-            under = self._lowest(turned, side)
-            much = -under - self._rise - ANKLE_HEIGHT - heights[side]
-            ball = rot.rotate(turned[FOOT[side]], self._balls[side])
-            across = rot.normalize(rot.cross(ball, UP))
-            length, down = float(np.linalg.norm(ball)), -float(ball[1])
-            before, after = (np.arcsin(np.clip(each / length, -1.0, 1.0)) for each in (down, down - much))
-            turn = rot.from_axis_angle(across, np.clip(before - after, -MOST_PITCH, MOST_PITCH))
-            turned[FOOT[side]] = rot.multiply(turn, turned[FOOT[side]])
+    def _aim(self, pose: Pose, turned: np.ndarray, ankles: np.ndarray, shares: np.ndarray) -> None:
+        """Feet that stand on their toes turn to where their legs have the ankles (2, 3), by shares (2,) of the way."""
+        if self._joints is None:
+            return
+        contacts = pose.contacts.reshape(2, 2)
+        balls = self._places + self._joints[2] + pose.positions[TOE] - self._joints[1]
+        for side in np.flatnonzero(self._stands & (contacts[:, 0] < contacts[:, 1])).tolist():
+            self._feet.aim(pose, turned, side, ankles[side], balls[side], shares[side])
 
     def _hold(self, pose: Pose, turned: np.ndarray, free: np.ndarray) -> np.ndarray:
         """(2, 3) over the floor, where ankles stand: where their legs, whose feet are `free` (2, 3), had them when they
@@ -149,7 +143,7 @@ class CharacterFit:
         contacts = pose.contacts.reshape(2, 2)
         stands = contacts.max(axis=-1) > np.where(self._stands, *FOOT_LOCKED)
         landed, self._stands = stands & ~self._stands, stands
-        balls = rot.rotate(turned[FOOT], self._balls)
+        balls = rot.rotate(turned[FOOT], self._feet.balls)
         joints = np.array([pose.positions[FOOT], pose.positions[TOE], balls])
         ankle, toe, ball = joints - (joints if self._joints is None else self._joints)
         self._joints = joints
@@ -166,11 +160,18 @@ class CharacterFit:
         self._astray_rate = np.where(self._stands[:, None], 0.0, rate)
         return self._astray
 
-    def _follow(self, weights: np.ndarray, off: np.ndarray) -> None:
-        """The hips go with the feet that carry, weights (2,), which are off (2, 3) from where they should be."""
-        carried = float(weights.sum())
-        wanted = weights @ off / max(carried, 1e-6)
-        wanted = self._shift + min(1.0, carried / FULL) * (wanted - self._shift)
+    def _follow(self, weights: np.ndarray, on_toes: np.ndarray, off: np.ndarray, under: np.ndarray) -> None:
+        """The hips go with the feet that carry, weights (2,), which are off (2, 3) from where they should be; up and
+        down rather with those that do not stand on their toes, as (2,) say, and up for one that comes down while the
+        other does, if it would be `under` (2,) the floor."""
+        voices = np.stack([weights, weights - (1 - TOES_VOICE) * on_toes, weights], axis=-1)
+        off = off - on_toes[:, None] * TOES_LEAK * self._shift[1] * UP
+        comes = (1 - weights) * on_toes[::-1] * (under > self._shift[1])
+        comes = np.where(comes > weights, comes, 0.0)
+        voices[:, 1] += comes
+        off[:, 1] = np.where(comes > 0, under, off[:, 1])
+        wanted = (voices * off).sum(axis=0) / np.maximum(voices.sum(axis=0), 1e-6)
+        wanted = self._shift + np.minimum(1.0, weights.sum() / FULL) * (wanted - self._shift)
         self._shift, self._pull = spring_step(self._shift, self._pull, wanted, SHIFT_HALFLIFE, DT)
 
     def _legs(self, turned: np.ndarray) -> np.ndarray:
@@ -183,18 +184,11 @@ class CharacterFit:
         """How high ankles are (2,) with which planted feet stand, and how high they are at least."""
         ankles, toes = pose.positions[FOOT, 1], pose.positions[TOE, 1]
         if ground is not None:  # the foot lies along the ground as ours does
-            return ankles + self._rise, ankles + self._rise
-        under = np.array([self._lowest(turned, side) for side in range(2)])
+            return ankles + self._feet.rise, ankles + self._feet.rise
+        under = self._feet.lowest(turned)[:, 1]
         low = np.maximum(np.minimum(ankles - ANKLE_HEIGHT, toes - TOE_HEIGHT), 0.0)
         low = low * (1 - weights)
         return low - under, np.minimum(low, CLEARANCE) - under
-
-    def _lowest(self, turned: np.ndarray, side: int) -> float:
-        """How high the lowest point of a sole is over its ankle: a negative number."""
-        sole = self.character.soles[side]
-        points = rot.rotate(turned[FOOT[side]], np.where(sole.on_toe[:, None], sole.ball, sole.points))
-        points = points + rot.rotate(turned[TOE[side]], np.where(sole.on_toe[:, None], sole.points, 0.0))
-        return float(points[:, 1].min())
 
     def _whole(self, turned: np.ndarray, hips: np.ndarray, root: np.ndarray) -> Fitted:
         """All joints, from the rotations (22, 4) of those that follow ours."""

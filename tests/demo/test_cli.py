@@ -25,6 +25,7 @@ from stylizer.systems import weight_files
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.registry import all_networks
 from tests.conftest import fake_session
+from tests.support.skinned import write
 
 ROOT = Path(__file__).parents[2]
 GOOD = """{"format": "patchwalk-recording", "version": 1, "fps": 60}
@@ -98,6 +99,7 @@ MISTAKES = {
     "evaluate stylizer": "name a folder that holds Bandai-Namco's with --data",
     "evaluate stylizer --movements back": "--movements back; see patchwalk evaluate stylizer --help",
     "evaluate live --data clips --movements hop": "there is no movement 'hop': use some of walk_0.65",
+    "evaluate character nowhere.glb": "nowhere.glb",
     "evaluate stylizer --data clips": "clips holds no labelled motion",
     "evaluate stylizer --data clips --weights nowhere": "there is no folder nowhere",
     "styles": "list|add|remove",
@@ -410,6 +412,7 @@ def test_a_help_lists_what_applies_and_nothing_else(capsys):
         ("evaluate controller", ("--data", "--plots"), ("--all", "--movements", "--weights", "--permissive")),
         ("evaluate stylizer", ("--all", "--weights", "--permissive"), ("--movements", "--stylizer")),
         ("evaluate live", ("--movements", "--stylizer", "--permissive"), ("--all",)),
+        ("evaluate character", ("--json",), ("--data", "--plots")),
         ("keys", ("--write",), ("--permissive",)),
         ("styles list", ("--permissive",), ("--name",)),
     ):
@@ -430,6 +433,14 @@ def test_help_is_quick_and_its_reader_may_leave():
     reader = 'exec 3>&1; { python=$0; "$python" -m demo --help; echo $? >&3; } | true'
     done = subprocess.run(["bash", "-c", reader, sys.executable], cwd=ROOT, capture_output=True, text=True)
     assert done.stderr == "" and done.stdout.strip() in ("0", "141")
+
+
+def test_a_character_is_measured(folder, fake_models, monkeypatch, capsys):
+    monkeypatch.setattr("demo.commands.evaluate.CHARACTER_SECONDS", 1)
+    write(folder / "hero.glb")
+    assert cli.main("evaluate character hero.glb --json hero.json".split()) == 0
+    figures = json.loads((folder / "hero.json").read_text())["hero.glb"]
+    assert figures["arms_degrees_p95"] < 1e-3 and all(name in capsys.readouterr().out for name in [*figures][:1])
 
 
 def test_styles_on_the_command_line():

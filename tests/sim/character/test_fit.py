@@ -4,6 +4,7 @@ import numpy as np
 
 from sim.body.skeleton import INDEX
 from sim.character.character import load_character
+from sim.character.figures import degrees_off, measure
 from sim.character.fit import CharacterFit
 from sim.ground.catalogue import load_ground
 from sim.math import rotations as rot
@@ -11,25 +12,11 @@ from sim.math.vectors import UP
 from tests.sim.character.conftest import KINDS
 from tests.support.skinned import write
 
-ARMS = [(side + a, side + b) for side in ("Left", "Right") for a, b in (("Arm", "ForeArm"), ("ForeArm", "Hand"))]
-LEGS = [(side + a, side + b) for side in ("Left", "Right") for a, b in (("UpLeg", "Leg"), ("Leg", "Foot"))]
-
 
 def fitted(tmp_path, build, poses, ground=None):
     character = load_character(write(tmp_path / "hero.glb", build))
     fit = CharacterFit(character)
     return character, [fit.step(pose, ground) for pose in poses]
-
-
-def degrees_off(character, each, poses, pairs) -> np.ndarray:
-    """(pairs, frames) between directions of our bones and of theirs."""
-    ours, theirs = np.array([pose.positions for pose in poses]), np.array([one.positions for one in each])
-    angles = []
-    for a, b in pairs:
-        wanted = rot.normalize(ours[:, INDEX[b]] - ours[:, INDEX[a]])
-        got = rot.normalize(theirs[:, character.index[b]] - theirs[:, character.index[a]])
-        angles.append(np.degrees(np.arccos(np.clip(np.vecdot(wanted, got), -1.0, 1.0))))
-    return np.array(angles)
 
 
 def corners(character, one) -> np.ndarray:
@@ -42,8 +29,12 @@ def corners(character, one) -> np.ndarray:
 
 def test_limbs_point_where_ours_do(tmp_path, build, walk):
     character, each = fitted(tmp_path, build, walk)
-    assert degrees_off(character, each, walk, ARMS).max() < 1e-4
-    assert degrees_off(character, each, walk, LEGS).mean() < 2.0
+    off = degrees_off(character, walk, each)
+    for arm in ("arms", "forearms"):
+        assert off[arm].max() < 1e-4
+    for leg in ("thighs", "shins"):
+        assert off[leg].mean() < 2.0
+        assert np.percentile(off[leg], 95) < 2.0 or build.longer
 
 
 def test_planted_feet_stand_on_the_floor_and_do_not_slide(tmp_path, build, walk):
@@ -57,13 +48,8 @@ def test_planted_feet_stand_on_the_floor_and_do_not_slide(tmp_path, build, walk)
         settled = planted & np.roll(planted, 4) & np.roll(planted, -4)
         assert settled.any() and np.abs(lowest[settled]).max() < 0.01
         assert lowest.min() > -0.01
-        # In the ground's frame it goes as ours does, which here creeps a little.
-        ours = np.array([pose.positions[INDEX[side + "Foot"]] for pose in walk])
-        theirs = np.array([one.positions[character.index[side + "Foot"]] for one in each])
-        flat = contacts[:, [ankle, toe]].min(axis=-1) > 0.5
-        held = (flat & np.roll(flat, 4) & np.roll(flat, -4))[1:]
-        slides = np.linalg.norm(np.diff(theirs - ours, axis=0)[held][:, [0, 2]], axis=-1)
-        assert slides.max(initial=0.0) < 0.002
+    figures = measure(character, walk)
+    assert figures["its_skate_cm_s"] < figures["our_skate_cm_s"] + 0.1, "ours creeps a little, and it no more"
 
 
 def test_nothing_jumps(tmp_path, build, walk):
@@ -72,6 +58,12 @@ def test_nothing_jumps(tmp_path, build, walk):
     theirs = np.array([one.positions for one in each])[:, list(character.index.values())]
     fastest = np.linalg.norm(np.diff(ours, axis=0), axis=-1).max()
     assert np.linalg.norm(np.diff(theirs, axis=0), axis=-1).max() < 1.5 * fastest + 0.01
+    feet = [INDEX["LeftFoot"], INDEX["RightFoot"]], [character.index["LeftFoot"], character.index["RightFoot"]]
+    ours, theirs = (
+        np.array([one.rotations[joints] for one in poses]) for poses, joints in zip((walk, each), feet, strict=True)
+    )
+    turns = [np.abs(rot.to_rotation_vector(rot.multiply(q[1:], rot.inverse(q[:-1])))).max() for q in (ours, theirs)]
+    assert turns[1] < 2 * turns[0], "feet that give way do so over some frames"
 
 
 def test_bones_keep_their_lengths_and_other_joints_their_place(tmp_path, walk):
