@@ -197,7 +197,6 @@ class Latent(WholeBody):
     """Autoencoder, style and content encoders, generator and regressor. A code here is z_s with its one-hot label."""
 
     KIND, CONFIG = "latent", Config
-    LOOK_AHEAD = 8
 
     def __init__(self, config: Config) -> None:
         super().__init__(config)

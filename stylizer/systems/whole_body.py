@@ -33,8 +33,8 @@ class WholeBody(Scaled):
     """A system by its style codes. `config.window` is the samples of a window, `config.labels` the domains it was
     taught."""
 
-    # samples: a live window ends with its newest one held so long, for a system that gives its end weakly
-    LOOK_AHEAD = 0
+    # samples: a live window ends with its newest one held so long, because these systems give the end of a window weakly
+    LOOK_AHEAD = 8
     mean_poses: Tensor
 
     def __init__(self, config: Any) -> None:

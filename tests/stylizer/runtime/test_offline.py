@@ -140,6 +140,8 @@ def test_stylize_writes_on_either_skeleton(bank, walk_file, tmp_path, monkeypatc
                     "arms=other:0.7",
                     "--style",
                     f"spine=neutral+{walk_file}@0.5",
+                    "--stylizer",
+                    "tiny",
                     "-o",
                     str(out),
                     *extra,
