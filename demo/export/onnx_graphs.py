@@ -217,6 +217,7 @@ def record_feet(uneven: bool, double: bool) -> Made:
         [
             Kept(lock, "joints", "ankles and toes of the last frame, left and right, m"),
             Kept(lock, "soles", "height of the ground under them, m"),
+            Kept(lock, "landed", "how far each foot was down, 0..1"),
             Kept(slip, "vectors", "what each foot is held back, m"),
             Kept(slip, "rates", "how fast that changes, m/s"),
             Kept(lock, "height", "what each foot is raised, m"),

@@ -66,6 +66,7 @@ class FootLock:
         self.joints = NOT_YET
         # (..., 2, 2): the ground under a foot's sole, ankle and toe; a planted foot keeps what it landed on
         self.soles = NOT_YET
+        self.landed = np.zeros(2)  # how far each foot was down in the last frame
         self.slip = _HeldBack(LONGEST_CORRECTION)  # the horizontal correction of each foot
         self.height, self.height_rate = np.zeros(2), np.zeros(2)  # the vertical one
         self.rise = self.rise_rate = np.zeros(())  # of the whole body
@@ -93,7 +94,7 @@ class FootLock:
         lifting = np.zeros(2) if self.ground is None else 1 - smooth_step(contacts.min(axis=-1), *FOOT_LOCKED)
         contacts = contacts * _on_floor(feet[..., 1] - soles, np.maximum(legs, lifting))
         feet, turns = self.attitude.step(feet, contacts, None if self.ground is None else soles)
-        landed = self._landed(feet[..., 1] - soles)
+        self.landed = landed = self._landed(feet[..., 1] - soles)
         targets = feet[..., 0, :] + self._plant(feet, soles, edge, contacts, landed, neutral_low + raised, legs)
         drop = self._drop(styled.positions[..., UP_LEG, :] + rise, targets)
         rotations = styled.rotations.copy()
@@ -116,7 +117,7 @@ class FootLock:
         (..., 2, 2), those that it landed on, since on the edge of a step a hair's breadth decides."""
         soles = sole_heights(under)
         if self.ground is not None:
-            landed = smooth_step(contacts.max(axis=-1), *FOOT_LOCKED)[..., None]
+            landed = (smooth_step(contacts.max(axis=-1), *FOOT_LOCKED) * self.landed)[..., None]
             soles = soles + landed * (np.maximum(before_or_now(self.soles, soles), under) - soles)
         self.soles = soles
         return soles

@@ -33,7 +33,7 @@ class WholeBody(Scaled):
     """A system by its style codes. `config.window` is the samples of a window, `config.labels` the domains it was
     taught."""
 
-    # samples: a live window ends with its newest one held so long, because these systems give the end of a window weakly
+    # samples: a live window ends with its newest one held so long, as these systems give the end of a window weakly
     LOOK_AHEAD = 8
     mean_poses: Tensor
 
