@@ -39,7 +39,8 @@ class Controller(Protocol):
         """To be drawn; None where it has none."""
 
     def step(self, command: Command | Commands, pace: Pace = OWN_PACE) -> Pose:
-        """The next neutral pose, at the pace that styled legs ask for."""
+        """The next neutral pose, at the pace that styled legs ask for. Raises FloatingPointError where it is not
+        finite and the controller cannot go on from it."""
 
     def stand_on(self, ground: Ground | None) -> None:
         """Starts again on another ground; None for level floor."""

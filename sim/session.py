@@ -17,6 +17,7 @@ from sim.motion.playback_pace import OWN_PACE, Pace, PaceFollower
 from sim.protocols import Controller, Stylizer
 
 S = TypeVar("S", bound=Stylizer)
+NOT_FINITE = "the controller's motion is not finite: it was put back at the start; reinstall Patchwalk"
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ class Session(Generic[S]):
         with stage("frame"):
             with stage("controller"):
                 pace = self._pace(command)
-                neutral = self.controller.step(command, pace)
+                neutral = self._next_neutral(command, pace)
             with stage("features"):
                 self.history.push(neutral, pace)
                 window = self.history.window()
@@ -139,6 +140,15 @@ class Session(Generic[S]):
                 + (f"Commands of {given}" if given else "a Command")
             )
 
+    def _next_neutral(self, command: Command | Commands, pace: Pace) -> Pose:
+        """Raises ValueError as `_heal` does."""
+        try:
+            return self.controller.step(command, pace)
+        except FloatingPointError:
+            self.healed += 1
+            self.restart()
+            raise ValueError(NOT_FINITE) from None
+
     def _heal(self, neutral: Pose) -> Pose:
         """In place of a styled pose that is not finite: the neutral one, with styling begun anew.
 
@@ -146,7 +156,7 @@ class Session(Generic[S]):
         self.healed += 1
         if not neutral.is_finite():
             self.restart()
-            raise ValueError("the controller's motion is not finite: it was put back at the start; reinstall Patchwalk")
+            raise ValueError(NOT_FINITE)
         self.stylizer.restart()
         self._begin()
         return neutral

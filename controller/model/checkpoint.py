@@ -30,7 +30,9 @@ def load(name: str = MODEL, folder: Path = FOLDER) -> PhaseFunctionedNetwork:
     header, arrays = tensor_file.read(path)
     tensor_file.check_header(path, header, _expected(), "train again")
     with tensor_file.understanding(path, "reinstall, or train again"):
-        network = PhaseFunctionedNetwork(int(header["hidden"]))
+        hidden = int(header["hidden"])
+        tensor_file.check_settings(hidden, arrays)
+        network = PhaseFunctionedNetwork(hidden)
         network.load_state_dict({key: torch.from_numpy(array).float() for key, array in arrays.items()})
     return network.eval()
 

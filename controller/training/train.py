@@ -212,15 +212,20 @@ class Trainer:
             torch.save(state, temporary)
 
     def restore(self, path: Path) -> None:
-        """Goes on from a checkpoint. Raises ValueError where there is none."""
+        """Goes on from a checkpoint. Raises ValueError where there is none, or it is damaged."""
         if not path.exists():
             raise ValueError(f"nothing to resume: {path} does not exist")
-        state = torch.load(path, weights_only=True)
-        for name in ("network", "average", "optimizer"):
-            getattr(self, name).load_state_dict(state[name])
-        self.spent, self.begun = state["spent"], state["begun"]
-        self.random.bit_generator.state = state["random"]
-        torch.set_rng_state(state["torch_random"])
+        try:
+            state = torch.load(path, weights_only=True)
+            for name in ("network", "average", "optimizer"):
+                getattr(self, name).load_state_dict(state[name])
+            self.spent, self.begun = float(state["spent"]), state["begun"]
+            self.random.bit_generator.state = state["random"]
+            torch.set_rng_state(state["torch_random"])
+        except OSError:
+            raise
+        except Exception as error:  # a damaged file fails in many ways
+            raise ValueError(f"{path} is damaged, or another network's: train anew, into another --out") from error
 
 
 def has_fast_bf16(device: torch.device) -> bool:
@@ -272,8 +277,14 @@ def _cached(data_dir: Path, cache: Path) -> Frames:
     """The folder's frames, kept beside the run so that a resumed one starts at once."""
     print(f"writes weights, checkpoint and curve into {cache.parent}", flush=True)
     if cache.exists():
-        with np.load(cache) as file:
-            return Frames(**{name: file[name] for name in file.files if name != "names"}, names=file["names"].tolist())
+        try:
+            with np.load(cache) as file:
+                arrays = {name: file[name] for name in file.files}
+            return Frames(**arrays | {"names": arrays["names"].tolist()})
+        except OSError:
+            raise
+        except Exception as error:  # as above
+            raise ValueError(f"{cache} is damaged: delete it, and the clips are read again") from error
     frames = load_folder(data_dir)
     size = sum(value.nbytes for value in vars(frames).values() if isinstance(value, np.ndarray)) / 1e9
     print(

@@ -3,7 +3,7 @@
 import hashlib
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Iterator, Mapping
+from typing import Any, Iterator, Mapping
 
 import numpy as np
 from safetensors import safe_open
@@ -16,6 +16,7 @@ from sim.io.checks import check_finite
 Arrays = dict[str, np.ndarray]
 
 
+MOST_LAYERS = 64  # of a network
 REINSTALL = "reinstall Patchwalk"
 
 
@@ -55,6 +56,25 @@ def check_header(path: Path, header: Mapping[str, str], wanted: Mapping[str, str
         if header.get(key) != value:
             found = shorten(str(header.get(key)))
             raise ValueError(f"{path} was made for {key} '{found}', this version needs '{value}': {remedy}")
+
+
+def check_settings(settings: Any, arrays: Mapping[str, Any]) -> None:
+    """Raises ValueError where a whole number among a network's settings is larger than any axis of its arrays: damaged
+    ones could ask for any amount of memory."""
+    largest = max(
+        (max(array.shape) for array in arrays.values() if 0 not in array.shape and len(array.shape)), default=0
+    )
+    open_values = [settings]
+    while open_values:
+        value = open_values.pop()
+        if isinstance(value, dict):
+            open_values += value.values()
+        elif isinstance(value, list | tuple):
+            if len(value) > MOST_LAYERS and not isinstance(value[0], str):
+                raise ValueError(f"there are {len(value)} layers")
+            open_values += value
+        elif isinstance(value, int) and value > largest:
+            raise ValueError(f"a size of {value} is larger than what the file holds")
 
 
 @contextmanager

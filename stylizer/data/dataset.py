@@ -12,6 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 from sim.body.skeleton import INDEX, JOINT_COUNT, skeleton_hash
+from sim.io.atomic_write import atomic_write
 from sim.io.provenance import CONTROLLER
 from sim.motion.clip import FPS, Clip
 from sim.motion.features import FEATURES, LAYOUT, LAYOUT_VERSION, STRIDE, WINDOW, clip_features
@@ -64,9 +65,10 @@ def pack(data_dir: Path, out_dir: Path) -> "MotionData":
         "files": zlib.crc32("\n".join(f"{f} {f.stat().st_size}" for f in files).encode()),
     }
     index = Path(out_dir) / "clips.json"
-    if index.exists() and json.loads(index.read_text())["source"] == source:
+    if _source_of(index) == source:
         return MotionData.open(out_dir)
     out_dir.mkdir(parents=True, exist_ok=True)
+    index.unlink(missing_ok=True)  # until the pack is whole there is none: who is killed here begins anew
     clips, start = [], 0
     skipped: Counter[str] = Counter()
     raw = out_dir / "motion.f16"
@@ -85,8 +87,17 @@ def pack(data_dir: Path, out_dir: Path) -> "MotionData":
     if not clips:
         reason = skipped.most_common(1)[0][0]
         raise ValueError(f"none of the {len(files)} BVH files under {data_dir} can be used: {reason}")
-    index.write_text(json.dumps({"source": source, "skipped": skipped, "clips": [asdict(c) for c in clips]}))
+    with atomic_write(index) as temporary:
+        temporary.write_text(json.dumps({"source": source, "skipped": skipped, "clips": [asdict(c) for c in clips]}))
     return MotionData.open(out_dir)
+
+
+def _source_of(index: Path) -> object:
+    """What a finished pack was made of; None where there is none, or not a whole one."""
+    try:
+        return json.loads(index.read_text())["source"]
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
 
 
 def _usable_features(clip: Clip) -> np.ndarray:

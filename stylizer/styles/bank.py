@@ -114,6 +114,9 @@ class StyleBank:
         for path in sorted(paths):
             with tensor_file.understanding(path, "reinstall Patchwalk"):
                 styles[path.stem] = self._read(path)
+        for path in paths:
+            with tensor_file.understanding(path, "reinstall Patchwalk"):
+                styles[path.stem].check_like(styles[OWN])
         return styles
 
     def is_noncommercial(self, name: str) -> bool:

@@ -168,10 +168,13 @@ class CodeBank(StyleBank):
         """Name -> style of a file of codes."""
         self._speeds |= json.loads(header["speeds"])
         self.licences |= {name: licence_of(CLIPS[name]) for name in json.loads(header["movements"]) if name in CLIPS}
-        return {
+        styles = {
             name: StyleClips(tensors[name].float(), gait_from(tensors, movements, f"{name}."))
             for name, movements in json.loads(header["movements"]).items()
         }
+        for style in styles.values():
+            style.check_like(styles[OWN])
+        return styles
 
     def _read(self, path: Path) -> StyleClips:
         header, tensors = self._checked(path)

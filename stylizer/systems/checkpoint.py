@@ -42,6 +42,7 @@ def load(name: str = SHIPPED, folder: Path | None = None) -> tuple[Any, str]:
     kind = weight_files.system_of(path, header).load_class()
     with tensor_file.understanding(path, "reinstall, or train again"):
         settings = {FORMER_SETTINGS.get(key, key): value for key, value in json.loads(header["config"]).items()}
+        tensor_file.check_settings(settings, tensors)
         config = {key: tuple(value) if isinstance(value, list) else value for key, value in settings.items()}
         model = kind(kind.CONFIG(**config))
         model.load_state_dict({_present_name(name): value.float() for name, value in tensors.items()})

@@ -152,14 +152,16 @@ class Trainer:
         """Goes back to a checkpoint. Raises ValueError where there is none or it is another network's."""
         if not path.exists():
             raise ValueError(f"no checkpoint at {path}: train without --resume first")
-        state = torch.load(path, map_location=self.device, weights_only=True)
         try:
+            state = torch.load(path, map_location=self.device, weights_only=True)
             for name in self.KEPT:
                 getattr(self, name).load_state_dict(state[name])
-        except (RuntimeError, ValueError, KeyError) as error:
-            raise ValueError(f"{path} is another network's checkpoint: train without --resume") from error
-        self.sampler.random.bit_generator.state = state["random"]
-        self.step, self.spent = state["step"], state["spent"]
+            self.sampler.random.bit_generator.state = state["random"]
+            self.step, self.spent = int(state["step"]), float(state["spent"])
+        except OSError:
+            raise
+        except Exception as error:  # a damaged file fails in many ways
+            raise ValueError(f"{path} is damaged, or another network's: train anew, into another --out") from error
 
     def log(self, path: Path) -> None:
         """Appends what was gathered since the last call to the curve's CSV, the newest row with the held-out losses."""

@@ -62,3 +62,23 @@ def test_each_of_a_crowd_is_asked_and_nobody_else():
             crowd.step(wrong)
     with pytest.raises(ValueError, match="a session of one takes a Command, but was given Commands of 2"):
         session.step(Commands([Command()] * 2))
+
+
+class Overflown(FakeController):
+    """Weights whose output is not finite, so that the controller cannot go on."""
+
+    restarts = 0
+
+    def step(self, command, pace=None):
+        raise FloatingPointError("the network's output is not finite")
+
+    def restart(self):
+        self.restarts += 1
+
+
+def test_a_controller_that_cannot_go_on_is_put_back_and_the_session_says_so():
+    session = Session(Overflown(), FakeStylizer())
+    before = session.controller.restarts
+    with pytest.raises(ValueError, match="the controller's motion is not finite: it was put back at the start"):
+        session.step(Command())
+    assert session.healed == 1 and session.controller.restarts == before + 1

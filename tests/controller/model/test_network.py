@@ -120,6 +120,9 @@ def test_weights_come_back_and_those_made_for_something_else_are_refused(tmp_pat
     assert network.standing.shape == (POSE_SIZE,)
     with pytest.raises(ValueError, match="no controller weights"):
         checkpoint.load(folder=tmp_path / "elsewhere")
+    checkpoint.save(network, tmp_path / "pfnn.safetensors", licence="none", hidden="1000000")
+    with pytest.raises(ValueError, match="pfnn.safetensors is damaged"):  # and no terabyte is asked for
+        checkpoint.load(folder=tmp_path)
     monkeypatch.setattr(checkpoint, "skeleton_hash", lambda: "another")
     with pytest.raises(ValueError, match="skeleton"):
         checkpoint.load(folder=tmp_path)

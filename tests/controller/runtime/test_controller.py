@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from controller.model.io_layout import OUTPUT_SIZE
 from controller.runtime.controller import PhaseFunctionedController
 from controller.runtime.jump import ANTICIPATION, FLIGHT
 from controller.runtime.trajectory import MAX_LEAD, Trajectory
@@ -234,3 +235,10 @@ def test_a_crowd_jumps_crouches_and_climbs_each_as_alone():
         alone = [controller.step(command) for command in script]
         for frame in (40, 60, 119):
             np.testing.assert_allclose(together[frame].positions[one], alone[frame].positions, atol=2e-3)
+
+
+def test_weights_that_overflow_are_said_to(monkeypatch):
+    controller = PhaseFunctionedController.from_pretrained()
+    monkeypatch.setattr(controller, "network", lambda x, phase: np.full((OUTPUT_SIZE,), np.nan, np.float32))
+    with pytest.raises(FloatingPointError):
+        controller.step(Command(move=(0.0, 1.0)))

@@ -44,3 +44,15 @@ def test_it_says_what_it_writes_and_how_large_that_is(tmp_path, monkeypatch, cap
     train._cached(Path("mocap"), tmp_path / "frames.npz")
     said = capsys.readouterr().out
     assert f"into {tmp_path}" in said and "frames.npz" in said and "GB" in said
+
+
+@pytest.mark.parametrize("damaged", ["checkpoint.pt", "frames.npz"])
+def test_a_damaged_run_is_a_sentence_that_says_what_to_do(tmp_path, monkeypatch, damaged):
+    monkeypatch.setattr(train, "BATCH", 64)
+    monkeypatch.setattr(train, "load_folder", lambda folder: tiny_frames())
+    train.train(Path("mocap"), tmp_path, 0.001)
+    content = (tmp_path / damaged).read_bytes()
+    for bytes_left in (b"", b"nonsense", content[: len(content) // 2]):
+        (tmp_path / damaged).write_bytes(bytes_left)
+        with pytest.raises(ValueError, match=f"{damaged} is damaged"):
+            train.train(Path("mocap"), tmp_path, 0.002, resume=True)

@@ -10,7 +10,7 @@ import pytest
 import torch
 from safetensors.torch import save_file
 
-from sim.io import bvh
+from sim.io import bvh, tensor_file
 from sim.motion.features import clip_features
 from stylizer.runtime.catalogue import make_stylizer
 from stylizer.styles import own_style, style_file
@@ -353,12 +353,30 @@ def test_weights_that_are_not_finite_are_refused(bank):
         checkpoint.load("tiny", weight_files.FOLDER)
 
 
-@pytest.mark.parametrize("config", ["[" * 50_000, "[]", "{", '{"parts": null}', "1e999"])
+@pytest.mark.parametrize("config", ["[" * 50_000, "[]", "{", '{"parts": null}', "1e999", '{"stem": 1000000}'])
 def test_weights_whose_header_makes_no_sense_are_refused(bank, config):
     path = weight_files.FOLDER / "tiny.safetensors"
     rewritten(path, config=config)
     with pytest.raises(ValueError, match="tiny.safetensors is damaged, or of another version"):
         checkpoint.load("tiny", weight_files.FOLDER)
+
+
+def test_settings_ask_for_no_more_than_the_file_holds():
+    """Damaged ones would have networks of any size made before anything is compared."""
+    arrays = {"a": np.zeros((3, 8)), "b": np.zeros((0, 10**9)), "c": np.zeros(())}
+    tensor_file.check_settings({"width": [8, 3], "by_part": True, "rate": 1e9, "labels": ["x"] * 100}, arrays)
+    for settings in ({"width": 9}, {"width": [3, [9]]}, 10**9, {"width": [1] * 100_000}):
+        with pytest.raises(ValueError, match="larger than what the file holds|100000 layers"):
+            tensor_file.check_settings(settings, arrays)
+
+
+def test_a_bundled_style_of_other_shapes_is_refused_by_name(bank):
+    path = bank.bundled / bank.name / "other.safetensors"
+    header, tensors = checkpoint.read(path)
+    name = next(name for name in tensors if name.startswith("style."))
+    save_file({**tensors, name: tensors[name][..., :1].contiguous()}, path, header)
+    with pytest.raises(ValueError, match="other.safetensors is damaged, or of another version.*: reinstall"):
+        again(bank)
 
 
 @pytest.mark.parametrize("name", ["../tiny", "/etc/passwd", "a/b", "", "x" * 200, "..\\tiny"])

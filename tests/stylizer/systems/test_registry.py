@@ -483,6 +483,14 @@ def test_codes_of_another_controller_are_refused_in_one_sentence(bank):
         CodeBank(bank.name, bank.bundled, bank.user)
 
 
+def test_codes_of_other_shapes_are_refused_in_one_sentence(bank):
+    path = bank.bundled / code_bank.CODES / f"{bank.name}.safetensors"
+    header, tensors = checkpoint.read(path)
+    save_file({**tensors, "neutral": tensors["neutral"][1:].contiguous()}, path, header)
+    with pytest.raises(ValueError, match=f"{bank.name}.safetensors is damaged, or of another version"):
+        CodeBank(bank.name, bank.bundled, bank.user)
+
+
 def test_the_own_style_of_a_system_changes_nothing_bit_for_bit(bank, poses):
     from stylizer.runtime.whole_body_live import WholeBodyStylizer
 

@@ -20,6 +20,7 @@ from stylizer.styles.bank import StyleBank, own_motion_file
 from stylizer.systems import checkpoint, weight_files
 from stylizer.systems.motion_puzzle.config import CONFIGS
 from stylizer.systems.motion_puzzle.objective import OURS, RECIPES
+from stylizer.systems.registry import SYSTEMS
 from stylizer.training import train as training
 from stylizer.training import trainer
 from tests.stylizer.conftest import TINY
@@ -32,6 +33,8 @@ SMALL = replace(OURS, batch=3)
 def small(monkeypatch):
     """A small network and small batches, a row in the curve for every step."""
     monkeypatch.setitem(CONFIGS, "tiny", TINY)
+    puzzle = SYSTEMS["motion-puzzle"]
+    monkeypatch.setitem(SYSTEMS, puzzle.kind, replace(puzzle, networks=(*puzzle.networks, "tiny")))
     monkeypatch.setitem(RECIPES, "small", SMALL)
     for name, value in (("HELD_OUT_BATCHES", 1), ("LOG_EVERY", 1)):
         monkeypatch.setattr(trainer, name, value)
@@ -124,6 +127,32 @@ def test_training_can_stop_after_steps(folder, tmp_path):
 def test_resuming_without_a_checkpoint_is_refused(folder, tmp_path):
     with pytest.raises(ValueError, match="no checkpoint at"):
         training.train(folder, tmp_path / "out", minutes=0.01, resume=True, network="tiny", recipe="small")
+
+
+def test_a_damaged_checkpoint_is_a_sentence_that_says_what_to_do(folder, tmp_path):
+    out = tmp_path / "out"
+    training.train(folder, out, steps=1, network="tiny", recipe="small")
+    content = (out / "checkpoint.pt").read_bytes()
+    for bytes_left in (b"", b"nonsense", content[: len(content) // 2]):
+        (out / "checkpoint.pt").write_bytes(bytes_left)
+        with pytest.raises(ValueError, match="checkpoint.pt is damaged, or another network's: train anew"):
+            training.train(folder, out, steps=2, resume=True, network="tiny", recipe="small")
+
+
+@pytest.mark.parametrize("index", ["", '{"source": {"feat', "[]", "{}"])
+def test_who_is_killed_while_packing_packs_anew(folder, tmp_path, monkeypatch, index):
+    whole = pack(folder, tmp_path / "pack")
+    (tmp_path / "pack" / "clips.json").write_text(index)
+    assert [clip.name for clip in pack(folder, tmp_path / "pack").clips] == [clip.name for clip in whole.clips]
+
+
+def test_a_pack_that_is_being_made_anew_has_no_index(folder, tmp_path, monkeypatch):
+    pack(folder, tmp_path / "pack")
+    (folder / "archive" / "walk_02.bvh").unlink()
+    monkeypatch.setattr("stylizer.data.dataset.load_clip", lambda path: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        pack(folder, tmp_path / "pack")
+    assert not (tmp_path / "pack" / "clips.json").exists()
 
 
 @pytest.mark.parametrize(
