@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Callable
 import numpy as np
 
 from demo.live import capture, users_styles
+from demo.live.confirm import confirmed
 from demo.render.view import TWINS
 from demo.ui import diagram, help
 from demo.ui.canvas import ALERT
@@ -111,6 +112,13 @@ def _next_preset(live: "Live", _: str) -> None:
 
 
 def _save_preset(live: "Live", slot: str) -> None:
+    """A slot that holds another mixture is asked for twice."""
+    name, style = live.presets.slots.get(int(slot), ("", live.choice.style))
+    if style != live.choice.style and not confirmed(
+        live, f"save {slot}", f"once more replaces preset {slot}, “{name}”, by the current styles"
+    ):
+        return
+
     def save() -> None:
         live.say(f"saved as preset {slot}: {live.presets.save(int(slot), live.choice.style)}")
 

@@ -88,7 +88,9 @@ class Labels:
         """Over the heads: who is steered, and what those who are near it move in."""
         assert view.crowd
         poses, _ = view.crowd
-        room.put([panels.label("you", ACCENT)], [partial(_over, _head(view, frame.styled, size), 1)])
+        figure, head = view.own_box(frame, size), _head(view, frame.styled, size)
+        over: list[Corner] = [partial(_over, head, 1), *(partial(_over, figure, step) for step in range(1, len(STEPS)))]
+        room.put([panels.label("you", ACCENT)], over)  # over its hands, where it lifts them over its head
         away = np.linalg.norm(poses.root_position - frame.styled.root_position, axis=-1)
         for one in [each for each in np.argsort(away)[:MOST_TOLD] if away[each] < NEAR]:
             room.put([panels.mixture(styles[one])], [partial(_over, _head(view, poses[one], size), 1)])

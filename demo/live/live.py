@@ -152,7 +152,7 @@ class Live:
         self.choice = StyleChoice(styles)
         self.offer_styles(styles)
         self.naming: tuple[str, str] | None = None  # a style of the user's, and its new name as far as it is typed
-        self.to_remove = "", 0.0  # a style that is removed if that is asked again until then
+        self.asked = "", 0.0  # what is done if it is asked for again until then (demo.live.confirm)
         self.crowd: Crowd | None = None  # who else walks about
         self.presets, self.preset = presets or Presets(), 0
         self.menu, self.hints, self.debug_overlay = Menu(bindings), Hints(bindings), DebugOverlay(session)

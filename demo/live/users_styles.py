@@ -2,12 +2,11 @@
 
 from typing import TYPE_CHECKING
 
+from demo.live.confirm import confirmed
 from demo.ui.canvas import ALERT
 
 if TYPE_CHECKING:
     from demo.live.live import Live
-
-ASKED_SECONDS = 8.0  # within which a style is to be removed twice
 
 
 def begin_name(live: "Live") -> None:
@@ -41,10 +40,7 @@ def remove(live: "Live") -> None:
     style = _chosen(live)
     if not style:
         return
-    asked, until = live.to_remove
-    if asked != style or until < live.clock():
-        live.to_remove = style, live.clock() + ASKED_SECONDS
-        live.say(f"“remove” once more deletes the style “{style}” and its file", ALERT)
+    if not confirmed(live, f"remove {style}", f"“remove” once more deletes the style “{style}” and its file"):
         return
 
     def delete() -> None:

@@ -40,7 +40,8 @@ class Crowd:
         """Starts again on a ground; None for level floor."""
         self._random = np.random.default_rng(self.seed)
         self.session.stand_on(ground)
-        names = [name for name in self.session.stylizer.bank.names if name != OWN]  # type: ignore[attr-defined]
+        bank = self.session.stylizer.bank  # type: ignore[attr-defined]
+        names = [name for name in bank.names if name not in (OWN, *bank.users_own)]  # those may be renamed and removed
         self.styles = [
             StyleSpec({group: str(self._random.choice(names)) for group in GROUPS}) for _ in range(self.count)
         ]

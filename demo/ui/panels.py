@@ -110,7 +110,7 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool, naming: tupl
     diagram = Diagram(colours, choice.parts)
     room = STYLE_PANEL_WIDTH - diagram.size()[0] - GAP
     lines = tuple(_style_lines(choice, room))
-    listed = (OWN, *choice.shown)
+    listed = choice.shown if choice.search and choice.shown else (OWN, *choice.shown)
     styles = tuple(
         Choice(
             "no blend" if choice.blending and name == OWN else name,
@@ -120,7 +120,7 @@ def style_panel(choice: StyleChoice, typing: bool, comparing: bool, naming: tupl
         )
         for name in listed
     )
-    chosen = listed.index(choice.slot) if choice.slot in listed else None
+    chosen = listed.index(choice.slot) if choice.slot in listed else 0 if choice.search else None  # Enter chooses it
     users = choice.slot in choice.users_own
     colour = OWN_STYLE if choice.name in (OWN, MIXED) else style_colour(choice.name)
     strength = Slider(

@@ -26,7 +26,8 @@ FOREARM, HANDS = slice(None, len(ALONG)), slice(len(ALONG), None)  # which balls
 _NEAR = np.stack([[*(1 - ALONG), *[0.35] * len(_BALLS)], [*ALONG, *[1.0] * len(_BALLS)]])
 TAKEN = _NEAR / np.square(_NEAR).sum(axis=0)
 YIELD = 0.006  # metres that flesh gives way before an arm is moved as far as it goes in
-LONGEST = 0.12  # metres that elbow and wrist are moved at most; past that they go through rather than drag the arm
+ASIDE = 3.0  # of how deep it is in, that an arm is also drawn to its own side: the short way out is round the flank
+LONGEST = 0.16  # metres that elbow and wrist are moved at most; past that they go through rather than drag the arm
 ROUNDS = 3  # of moving out: where it is pushed out of one capsule it may come into another
 RELEASE_HALFLIFE = 0.08  # seconds in which an arm that is free has gone back half of its way
 SMOOTHING_HALFLIFE = 0.02  # seconds by which a touch is softened: longer lets hands sink in, shorter jolts elbows
@@ -59,11 +60,12 @@ class HandClearance:
     def step(self, pose: Pose) -> Pose:
         """The pose with its arms out of the body; where none is in there nor on its way back, the pose itself."""
         ends, palms = capsule_ends(pose)[..., OBSTACLES, :, :], _from_wrist(pose)
-        joints = _elbow_and_wrist(pose)
+        joints, left = _elbow_and_wrist(pose), pose.axes[..., :, 0]
+        own_side = np.stack([left, -left], axis=-2)
         held = self.held * decay(RELEASE_HALFLIFE, DT)
         for _ in range(ROUNDS):
             moved = _keep_lengths(pose, joints + held)
-            held, push = moved - joints, way_out(_balls(moved, palms), ends)
+            held, push = moved - joints, way_out(_balls(moved, palms), ends, own_side)
             if push is None:
                 break
             held = limit_length(held + push, LONGEST)
@@ -149,16 +151,17 @@ def depths(balls: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return reach_of - rot.length(away)[..., 0], away
 
 
-def way_out(balls: np.ndarray, ends: np.ndarray) -> np.ndarray | None:
+def way_out(balls: np.ndarray, ends: np.ndarray, own_side: np.ndarray) -> np.ndarray | None:
     """(..., 2, 2, 3) metres that each arm's elbow and wrist are pushed by all that the arm is in, what it is deepest in
-    counting most; None where nothing touches anything."""
+    counting most; None where nothing touches anything. own_side: (..., 2, 3) the direction to each arm's side."""
     deep, away = depths(balls, ends)
     if deep.max() <= 0:
         return None
     deep = np.maximum(deep, 0.0)
     # gently at the touch, so that a hand that comes does not jolt; then as far as it is in
     push = np.where(deep < 2 * YIELD, deep**2 / (4 * YIELD), deep - YIELD) * SHARES
-    of_balls = ((push**2)[..., None] * rot.normalize(away)).sum(axis=-2)
+    out = rot.normalize(away + ASIDE * push[..., None] * own_side[..., :, None, None, :])
+    of_balls = ((push**2)[..., None] * out).sum(axis=-2)
     return (TAKEN @ of_balls) / np.maximum(push.sum(axis=(-2, -1)), 1e-12)[..., None, None]
 
 

@@ -51,6 +51,7 @@ def letters(word: str) -> list[pygame.event.Event]:
 
 def test_a_style_is_renamed(learned, tmp_path):
     learned.do("save_2")
+    learned.do("save_2")  # it replaces another
     learned.do("rename")
     assert learned.naming == ("My-limp", "My-limp") and learned.devices.mode == "typing"
     press(learned, *[key("backspace")] * 7, text("a b"), key("return"))

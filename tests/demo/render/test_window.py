@@ -245,7 +245,8 @@ def test_random_mix_and_reset(player):
 
 def test_presets_are_kept_for_the_next_start(player, tmp_path):
     player.press("6", "]")
-    player.press("3", mod=pygame.KMOD_LCTRL | pygame.KMOD_LSHIFT)
+    for _ in range(2):  # there is another in it: it is asked for twice
+        player.press("3", mod=pygame.KMOD_LCTRL | pygame.KMOD_LSHIFT)
     player.press("delete", "l")
     player.press("3", mod=pygame.KMOD_LCTRL)
     assert player.style == dict.fromkeys(GROUPS["legs"], ("bent", 1.0))
@@ -257,10 +258,15 @@ def test_presets_are_kept_for_the_next_start(player, tmp_path):
 
 def test_presets_by_mouse(player):
     player.press("]")
-    player.click("preset_8", button=3)
+    player.click("save_8")  # it is empty
     player.press("delete")
     player.click("preset_8")
     assert player.style == dict.fromkeys(PART_NAMES, ("bent", 1.0))
+    player.press("]")
+    player.click("preset_8", button=3)
+    assert player.live.presets.slots[8][1]["spine"].name == "bent", "asked for once"
+    player.click("preset_8", button=3)
+    assert player.live.presets.slots[8][1]["spine"].name == "flapping"
 
 
 def test_a_preset_whose_style_is_gone_is_said(player):
@@ -271,7 +277,7 @@ def test_a_preset_whose_style_is_gone_is_said(player):
 def test_a_preset_that_cannot_be_written_is_said(player, monkeypatch, tmp_path):
     (tmp_path / "home").write_text("a file where the folder should be")
     player.press("]")
-    player.press("2", mod=pygame.KMOD_LCTRL | pygame.KMOD_LSHIFT)
+    player.press("8", mod=pygame.KMOD_LCTRL | pygame.KMOD_LSHIFT)
     assert any("cannot write" in text for _, text, _ in player.live.toasts)
 
 

@@ -48,6 +48,14 @@ def test_each_wears_a_mixture_of_its_own(walked):
     assert all(len(style) == 5 for style in crowd.styles)
 
 
+def test_nobody_moves_in_a_style_that_may_be_renamed_or_removed(session, monkeypatch):
+    bank = session.stylizer.bank
+    own = bank.names[1::2]
+    monkeypatch.setattr(type(bank), "users_own", own)
+    used = {name for style in Crowd(session, 40).styles for name in style.names}
+    assert used and not used & set(own)
+
+
 def test_begun_again_it_walks_the_same_ways(session, walked):
     crowd, places, _ = walked
     styles = crowd.styles

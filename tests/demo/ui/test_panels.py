@@ -164,7 +164,7 @@ def test_names_and_strengths_are_never_cut(name):
                 widget.paint(canvas, box)
     seen = "".join(drawn).replace(" ", "")
     assert not any("…" in text for text in drawn)
-    assert seen.count(f"{name}›50%old125%") == 5 and f"{name}and4more" in seen and drawn.count(name) >= 2
+    assert seen.count(f"{name}›50%oldat125%") == 5 and f"{name}and4more" in seen and drawn.count(name) >= 2
 
 
 def test_a_message_that_is_said_again_stands_there_once_with_a_count():
