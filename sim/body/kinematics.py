@@ -8,7 +8,7 @@ from sim.math.easing import smooth_step
 
 # metres between the knee and the line from hip to ankle, under which the plane of a bend is not to be trusted
 STRAIGHT = 0.02
-# shares of an arm's length between its ends: below the first the line between them says nothing of its plane
+# shares of a limb's length between its ends: below the first the line between them says nothing of its plane
 FOLDED = (0.1, 0.3)
 
 
@@ -56,9 +56,9 @@ def two_bone_ik(
     (upper, lower), wanted = rot.length(bones), target - hip
     distance = np.minimum(np.maximum(rot.length(wanted), np.abs(upper - lower) + 1e-3), (upper + lower) * reach)
     current = ankle - hip
-    if not hinge:  # an arm that is folded altogether has hardly an axis: its elbow then stays as near as it can
-        folded = 1 - smooth_step(rot.length(current) / (upper + lower), *FOLDED)
-        current = current + folded * (wanted - current)
+    # A limb that is folded altogether has hardly an axis: its elbow or knee then stays as near as it can.
+    folded = 1 - smooth_step(rot.length(current) / (upper + lower), *FOLDED)
+    current = current + folded * (wanted - current)
     current, axis = rot.normalize(current), rot.normalize(wanted)
 
     # The bend keeps the plane the leg has now; a straight leg has none, so the pole leans in as the leg straightens.
