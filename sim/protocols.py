@@ -126,8 +126,9 @@ class NamedStylizer(Stylizer, Protocol):
         """Samples the styles that come from a prior again, by a seed or by the next one. Raises ValueError where it has
         none."""
 
-    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
-        """(content samples, style samples) of a body part's attention map. Raises ValueError where it has none."""
+    def attention(self, window: np.ndarray, part: str, one: int = 0) -> np.ndarray:
+        """(content samples, style samples) of a body part's attention map, of one character (`one` of a
+        crowd). Raises ValueError where it has none."""
 
     def transfer_state(self, other: "Stylizer") -> None:
         """Goes on from another stylizer's last step."""

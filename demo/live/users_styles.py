@@ -19,20 +19,28 @@ def begin_name(live: "Live") -> None:
 def end_name(live: "Live") -> None:
     """What was typed is the style's name; where it cannot be, that is said, and it can be typed on."""
     assert live.naming is not None
-    style, new = live.naming
+    try:
+        _rename(live, *live.naming)
+        live.type(False)
+    except ValueError as error:
+        live.say(str(error), ALERT)
 
-    def rename() -> None:
+
+def rename(live: "Live", new: str) -> None:
+    """The chosen style is called something else. Raises ValueError where it cannot be."""
+    if style := _chosen(live):
+        _rename(live, style, new.strip())
+
+
+def _rename(live: "Live", style: str, new: str) -> None:
+    def write() -> None:
         live.session.stylizer.rename(style, new)
         live.choice.rename(style, new)
         live.presets.rename(style, new)
         live.say(f"“{style}” is called “{new}” from now on")
 
-    try:
-        if new not in ("", style):
-            live.guard(rename)
-        live.type(False)
-    except ValueError as error:
-        live.say(str(error), ALERT)
+    if new not in ("", style):
+        live.guard(write)
 
 
 def remove(live: "Live") -> None:

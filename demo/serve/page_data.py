@@ -24,6 +24,7 @@ from sim.style_spec import MAX_STRENGTH
 
 VERSION = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2DShadow;\n"
 BY_PAGE = "zoom_in zoom_out search panels help full_screen screenshot export".split()  # what it does by itself
+OWN_KEYS = {"video": ("record a video of the picture (start, stop)", ("f8",))}  # what the window has not
 HEIGHT_UNIT = 0.001  # metres, of a ground's heights
 
 
@@ -45,7 +46,7 @@ def world(bindings: Bindings, grounds: tuple[str, ...]) -> bytes:
         "part_of_joint": PART_OF_JOINT.tolist(),
         "offsets": BONE_OFFSETS.tolist(),
         "diagram": _diagram(),
-        "keys": bindings.keys,
+        "keys": {**{name: keys for name, (_, keys) in OWN_KEYS.items()}, **bindings.keys},
         "pad": bindings.pad,
         "help": _help(bindings),
         "own": OWN,
@@ -77,7 +78,8 @@ def _help(bindings: Bindings) -> list[tuple[str, str]]:
     """What the page can do, and its keys; a browser keeps Ctrl with a digit to itself."""
     done = {*DONE, *HELD, *PRESSED, *BY_PAGE}
     able = [control for control in CONTROLS if any(actions.parse(action)[0] in done for action in control.keys)]
-    return [(control.help, bindings.shown(*control.keys).replace("Ctrl", "Alt")) for control in able]
+    rows = [(control.help, bindings.shown(*control.keys).replace("Ctrl", "Alt")) for control in able]
+    return rows + [(help, ", ".join(key.upper() for key in keys)) for help, keys in OWN_KEYS.values()]
 
 
 def _shaders() -> dict[str, str]:
@@ -108,6 +110,7 @@ def _decals() -> dict[str, object]:
         "WISH": colours.PATHS["asked"],
         "PREDICTED": colours.PATHS["predicted"],
         "PAST": colours.PATHS["walked"],
+        "LAST": colours.PAST,
         "CONTACT_JOINTS": CONTACT_JOINTS.tolist(),
         "SKY_LIGHT": ground_mesh.SKY_LIGHT,
         "SUN_LIGHT": ground_mesh.SUN_LIGHT,

@@ -10,7 +10,8 @@ if TYPE_CHECKING:
 
 def tell(visitor: "Visitor") -> dict[str, Any]:
     """All of it, by its kind."""
-    return {"state": _state(visitor), "styles": _styles(visitor), "presets": _presets(visitor)}
+    told = {"state": _state(visitor), "styles": _styles(visitor), "presets": _presets(visitor)}
+    return told | ({"attention": visitor.attention} if visitor.attention else {})
 
 
 def to_hex(colour: Sequence[float]) -> str:
@@ -49,9 +50,12 @@ def _state(visitor: "Visitor") -> dict[str, Any]:
 
 
 def _styles(visitor: "Visitor") -> list[list[Any]]:
-    """Name, colour, and whether it is for non-commercial use only."""
+    """Name, colour, whether it is for non-commercial use only, and whether it is the user's own."""
     choice = visitor.choice
-    return [[name, to_hex(style_colour(name)), name in choice.noncommercial] for name in choice.styles]
+    return [
+        [name, to_hex(style_colour(name)), name in choice.noncommercial, name in choice.users_own]
+        for name in choice.styles
+    ]
 
 
 def _presets(visitor: "Visitor") -> dict[int, list[Any]]:

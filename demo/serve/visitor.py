@@ -3,6 +3,7 @@ demo.live.actions that need no window, as the window does."""
 
 import json
 import shutil
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Sequence, cast
@@ -10,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Sequence, ca
 from demo.export import export_jobs
 from demo.figure.character_model import DrawnCharacter
 from demo.figure.colours import worn
-from demo.live import actions, capture
+from demo.live import actions, capture, users_styles
 from demo.live.drop_import import DropImport
 from demo.render.view import View
-from demo.serve import packet, page_state, recordings
+from demo.serve import attention, packet, page_state, recordings
 from demo.serve.model_file import Bones
 from demo.serve.options import DROP
 from demo.serve.packing import Packing
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 DONE = (  # the actions of demo.live.actions that a page may ask for
     "pick part_previous part_next style_previous style_next choose weaker stronger strength share blend pace own_style "
     "reset character stylizer_next reroll random ground preset save preset_next twin skeleton trajectory contacts "
-    "phase times record"
+    "onion phase attention times rename remove record"
 ).split()
 ALONE = frozenset({"stylizer_next", "reroll"})  # what one of a crowd cannot have for itself
 EXPORTED = ("bvh", "glb", "poses")  # no video: the page draws, not this machine
@@ -78,6 +79,9 @@ class Visitor:
         self._bones: Bones | None = None  # of the character that is seen
         self._packing = Packing()
         self.seen = {"contacts"}
+        self.attention: dict[str, Any] = {}  # what the page is told of it, none where it is not seen
+        self.to_remove = "", 0.0  # see demo.live.users_styles
+        self.clock = time.monotonic
         self.pace = True
         self.asleep = False  # whether nobody looks at the page: then nothing moves
         self.recorder: Recorder | None = None
@@ -93,6 +97,7 @@ class Visitor:
         self._folder = folder
         self._drops: set[Path] = set()  # folders of dropped files
         self._said: list[dict[str, Any]] = []
+        self._looked_at = -1
         self._told: dict[str, str] = {}  # what the page was told last, by its kind
         if character:
             self._packing.begin(character)
@@ -131,6 +136,8 @@ class Visitor:
         elif name == "replay":
             last = self.recorded
             self._try(lambda: self._replay(last)) if last else self.say("nothing has been recorded yet")
+        elif name == "rename":
+            self._try(lambda: users_styles.rename(self._live, action.partition(":")[2]))
         else:
             if name == "save":
                 self.presets, self.changed = Presets(), True  # another page may have saved one
@@ -327,6 +334,9 @@ class Visitor:
     def told(self) -> list[str]:
         """Messages (JSON) for the page: what has changed since the last call."""
         before = self.choice.styles
+        if self._looked_at != self.frames // TOLD_FRAMES:
+            self._looked_at = self.frames // TOLD_FRAMES
+            self.attention = attention.look(self) if "attention" in self.seen and self.frame else {}
         capture.apply_learned(self._live)
         self.changed |= self.choice.styles != before
         self._show(self.takes.finished())

@@ -48,8 +48,8 @@ class DecoderStylizer(LiveStylizer):
         newest = windows[:, -1]
         return np.array([newest + self._change[1, which, ones], newest])
 
-    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
+    def attention(self, window: np.ndarray, part: str, one: int = 0) -> np.ndarray:
         with torch.inference_mode():
             motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            style = to_tensors(self._features(self.mixers[0].styles(self.bank)[FIRST]))
+            style = to_tensors(self._features(self.mixers[one].styles(self.bank)[FIRST]))
             return attention_map(self.bank.model, motion, style, PART_NAMES.index(part))

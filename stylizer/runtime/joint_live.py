@@ -57,15 +57,15 @@ class JointStylizer(LiveStylizer):
         assert result is not None
         return result
 
-    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
-        """The attention map of a body part now, of one character: (WINDOW / 2, tokens of the style), rows that add up
-        to 1. Changes nothing. Raises ValueError for weights without attention."""
+    def attention(self, window: np.ndarray, part: str, one: int = 0) -> np.ndarray:
+        """The attention map of a body part now, of one character (`one` of a crowd): (WINDOW / 2, tokens of
+        the style), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
         model = self.bank.model
         if not model.config.attention:
             raise ValueError("these stylizer weights were trained without attention")
         with torch.inference_mode():
             motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            mixer = self.mixers[0]
+            mixer = self.mixers[one]
             numbers = mixer.styles(self.bank)[FIRST], mixer.own(self.bank)
             style, own = (to_tensors(self._features(each)) for each in numbers)
             weights = model.attention(model.queries(motion, own, WINDOW), style["keys"])

@@ -242,9 +242,10 @@ class LiveStylizer:
         for mixer in self.mixers:
             mixer.switch()
 
-    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
-        """What a body part's attention looks at now, of one character: (samples of the window / 2, tokens of the
-        style), rows that add up to 1. Changes nothing. Raises ValueError for weights without attention."""
+    def attention(self, window: np.ndarray, part: str, one: int = 0) -> np.ndarray:
+        """What a body part's attention looks at now, of one character (`one` of a crowd): (samples of the
+        window / 2, tokens of the style), rows that add up to 1. Changes nothing. Raises ValueError for weights without
+        attention."""
         raise ValueError("this stylizer has no attention")
 
     def _smoothed(self, delta: np.ndarray, fresh: np.ndarray) -> np.ndarray:

@@ -55,8 +55,8 @@ class WholeBodyStylizer(DecoderStylizer):
         self._past.append(samples[-1])
         return super().step(window, neutral, style, travel)
 
-    def attention(self, window: np.ndarray, part: str) -> np.ndarray:
-        return LiveStylizer.attention(self, window, part)
+    def attention(self, window: np.ndarray, part: str, one: int = 0) -> np.ndarray:
+        return LiveStylizer.attention(self, window, part, one)
 
     @property
     def seed(self) -> int | None:

@@ -37,6 +37,8 @@ export function linesOf(world, heights, unit, poses, frame, seen) {
       positions.forEach((at, joint) => joint && line(positions[world.parents[joint]], at, bones, 0.85, 1.3));
       positions.forEach((at) => line(at, at, bones, 1, 3.2));
     }
+  for (const [age, { positions }] of seen.past.entries())
+    positions.forEach((at, joint) => joint && line(positions[world.parents[joint]], at, world.decals.LAST, 0.7 / (1 + 0.6 * age), 2));
   if (frame.paths) {
     const { PREDICTED, WISH } = world.decals, floor = (x, z) => (heights ? heights.at(x, z) : 0) + 0.012;
     const place = (x, z) => [x, floor(x, z), z];

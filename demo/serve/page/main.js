@@ -1,8 +1,10 @@
 // The page: loads what it needs from its server, then shows the newest frame that came over the socket in each picture.
 
 import { Camera } from "./camera.js";
+import { Film } from "./film.js";
 import { Heights } from "./ground.js";
 import { Input } from "./input.js";
+import { Insight } from "./insight.js";
 import { Panel } from "./panel.js";
 import { readPacket, Skeleton } from "./poses.js";
 import { Scene, toPixels } from "./scene.js";
@@ -10,6 +12,7 @@ import { Scene, toPixels } from "./scene.js";
 const NARROW = 720; // pixels of width up to which panels lie under the picture, see style.css
 const REACH = 34; // pixels from a bone within which a tap means its part
 const SLOW = 25, LEAST_SHARP = 0.5; // pictures a second under which fewer pixels are drawn
+const PAST_FRAMES = 30, PAST_STEP = 6; // of the last half second, and every which of them is drawn
 const FIGURES_SECONDS = 0.25, GLOW_SECONDS = 0.5, ATTRACT_ORBIT = 0.12;
 const find = (id) => document.getElementById(id);
 
@@ -40,6 +43,9 @@ class Page {
     this.camera = new Camera(world.camera);
     this.scene = new Scene(canvas, world, figure, new Skeleton(world));
     this.panel = new Panel(world, (action) => this.act(action));
+    this.insight = new Insight(world);
+    this.film = new Film(canvas, (name, content) => this.download(name, URL.createObjectURL(content)));
+    this.past = []; // frames, the newest first
     this.input = new Input(canvas, world, this.camera, {
       act: (action) => this.act(action),
       send: (said) => this.send(said),
@@ -48,6 +54,7 @@ class Page {
     this.frame = this.state = this.ground = null;
     this.glowing = {}; // part -> when it was picked
     this.sharpness = 1; // share of the screen's own pixels that are drawn: less where drawing takes too long
+    this.pictures = 0;
     this.counts = { pictures: 0, bytes: 0, since: performance.now(), delay: null, frames: 0 };
     this.listen();
     this.connect();
@@ -64,11 +71,11 @@ class Page {
     this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.hear(JSON.parse(data)) : this.take(data));
     this.socket.onclose = () => {
       if (this.refused) return;
-      find("lost").hidden = false;
+      tell("The connection to the server is lost: trying again …");
       setTimeout(() => this.connect(), 1500);
     };
     this.socket.onopen = () => {
-      find("lost").hidden = true;
+      tell(this.drawn ? "" : "Starting your character …");
       this.input.last = "";
       if (document.hidden) this.send({ hidden: true });
     };
@@ -82,6 +89,8 @@ class Page {
 
   take(bytes) {
     this.frame = readPacket(bytes, this.world.packet);
+    this.past.unshift(this.frame);
+    this.past.length = Math.min(this.past.length, PAST_FRAMES);
     this.counts.frames += 1;
     this.counts.bytes += bytes.byteLength;
   }
@@ -90,8 +99,7 @@ class Page {
     if (said.welcome) this.word = said.welcome;
     if (said.full) {
       this.refused = true;
-      find("lost").hidden = false;
-      find("lost").querySelector("p").textContent = said.full;
+      tell(said.full);
     }
     if (said.say) this.panel.say(said.say, said.alert);
     if (said.styles) this.panel.setStyles(said.styles);
@@ -99,6 +107,7 @@ class Page {
     if (said.file) this.save(said.file);
     if (said.model) this.wear();
     if (said.state) this.setState(said.state);
+    if (said.attention) this.insight.setAttention(said.attention, this.panel.colours);
   }
 
   setState(state) {
@@ -106,6 +115,7 @@ class Page {
     if (state.ground !== this.ground) this.changeGround(state.ground);
     this.state = state;
     this.panel.setState(state);
+    this.insight.setState(state);
   }
 
   async changeGround(name) {
@@ -120,11 +130,21 @@ class Page {
   }
 
   save(name) {
+    this.download(name, `/take/${this.word}/${encodeURIComponent(name)}`);
+  }
+
+  download(name, address) {
     const link = document.createElement("a");
-    link.href = `/take/${this.word}/${encodeURIComponent(name)}`;
+    link.href = address;
     link.download = name;
     link.click();
     this.panel.say(`saved ${name}`);
+    this.showFilm();
+  }
+
+  showFilm() {
+    find("film").classList.toggle("on", this.film.running);
+    find("film").querySelector("span").textContent = this.film.running ? "stop" : "film";
   }
 
   async drop(files) {
@@ -183,17 +203,19 @@ class Page {
     this.input.listenStick(find("stick"));
     for (const button of document.querySelectorAll("[data-hold]")) this.input.listenHold(button, button.dataset.hold);
     addEventListener("touchstart", () => document.body.classList.add("touch"), { once: true, passive: true });
-    new ResizeObserver(() => this.resize()).observe(find("dress"));
+    const room = new ResizeObserver(() => this.resize());
+    for (const id of ["dress", "title", "options", "figures"]) room.observe(find(id));
   }
 
   resize() {
     const canvas = find("scene"), ratio = Math.min(devicePixelRatio, 2) * this.sharpness, box = canvas.getBoundingClientRect();
-    canvas.width = Math.max(1, Math.round(box.width * ratio));
-    canvas.height = Math.max(1, Math.round(box.height * ratio));
+    this.size = [box.width, box.height].map((side) => Math.max(1, Math.round(side * ratio)));
     const dress = find("dress"), taken = dress.hidden ? null : dress.getBoundingClientRect();
     const narrow = box.width <= NARROW, left = taken && !narrow ? taken.right : 0;
-    const top = narrow ? find("options").getBoundingClientRect().bottom : 0, bottom = taken && narrow ? taken.top : box.height;
-    this.camera.makeRoom(left, top, box.width, bottom, box.width, box.height);
+    const over = ["bar", "figures", "title"].map((id) => find(id).getBoundingClientRect().bottom);
+    const top = narrow ? Math.max(...over) : 0, bottom = taken && narrow ? taken.top : box.height;
+    const options = find("options").getBoundingClientRect(), right = narrow || !options.width ? box.width : options.left;
+    this.camera.makeRoom(left, top, right, bottom, box.width, box.height);
   }
 
   // ---- a picture ---------------------------------------------------------------------------------
@@ -203,6 +225,11 @@ class Page {
     const seconds = Math.min((now - this.last) / 1000, 0.1), { frame, state, camera } = this;
     this.last = now;
     if (!frame || !state) return;
+    if (!this.drawn) document.body.classList.add("drawn");
+    if (!this.drawn) tell("");
+    const canvas = find("scene"); // a canvas that gets another size is empty: only now, as it is drawn anew
+    if (!this.film.running && (canvas.width !== this.size[0] || canvas.height !== this.size[1]))
+      [canvas.width, canvas.height] = this.size;
     this.input.step(seconds);
     const [x, z] = [frame.root[0], frame.root[2]], [height, riseX, riseZ] = frame.plane;
     if (frame.playing && !state.replaying) camera.orbit(ATTRACT_ORBIT * seconds, 0);
@@ -211,7 +238,9 @@ class Page {
     for (const [part, at] of Object.entries(this.glowing)) glow[part] = Math.max(0, 1 - (now - at) / 1000 / GLOW_SECONDS);
     const seen = { twin: frame.twin ? state.twin : "", glow };
     for (const name of state.seen) seen[name] = true;
+    seen.past = seen.onion ? this.past.filter((_, i) => i && i % PAST_STEP === 0) : [];
     this.drawn = this.scene.draw(frame, camera, seen);
+    if (seen.phase) this.insight.setPhase(frame);
     const delay = this.input.answered(frame.answers);
     if (delay !== null) this.counts.delay = delay;
     this.panel.setColours(this.scene.tints);
@@ -221,6 +250,7 @@ class Page {
   count(now) {
     const counts = this.counts, seconds = (now - counts.since) / 1000;
     counts.pictures += 1;
+    this.pictures += 1;
     if (seconds < FIGURES_SECONDS) return;
     if (counts.pictures / seconds < SLOW && this.sharpness > LEAST_SHARP && !document.hidden) {
       this.sharpness = Math.max(LEAST_SHARP, this.sharpness * 0.8);
@@ -230,9 +260,15 @@ class Page {
     const figures = { frame: times.frame, delay: counts.delay, rate: counts.pictures / seconds, bytes: counts.bytes / seconds, poses: counts.frames / seconds };
     this.figures = figures;
     this.panel.setFigures(figures);
-    if (this.state.seen.includes("times")) this.panel.setTimes(times);
+    if (this.state.seen.includes("times")) this.insight.setTimes(times);
     Object.assign(counts, { pictures: 0, bytes: 0, frames: 0, since: now });
   }
+}
+
+// A sentence over all, as long as there is nothing to see; none hides it.
+function tell(text) {
+  find("lost").hidden = !text;
+  find("lost").querySelector("p").textContent = text;
 }
 
 // What the page does by itself.
@@ -256,14 +292,23 @@ const LOCAL = {
   help: () => (find("help").hidden = !find("help").hidden),
   menu: () => (find("help").hidden = !find("help").hidden),
   leave: () => (find("help").hidden = true),
+  options: (page) => {
+    find("options").classList.toggle("open");
+    page.resize();
+  },
   add: () => find("file").click(),
+  video: (page) => {
+    try {
+      page.film.toggle();
+    } catch (error) {
+      page.panel.say(error.message, true);
+    }
+    page.showFilm();
+  },
   full_screen: () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()),
   screenshot: (page) => {
     page.scene.draw(page.frame, page.camera, { twin: "" });
-    const link = document.createElement("a");
-    link.href = find("scene").toDataURL();
-    link.download = "patchwalk.png";
-    link.click();
+    page.download("patchwalk.png", find("scene").toDataURL());
   },
 };
 
@@ -276,6 +321,5 @@ try {
   window.page = new Page(world, figure);
 } catch (error) {
   console.error(error);
-  find("lost").hidden = false;
-  find("lost").querySelector("p").textContent = error.message;
+  tell(error.message);
 }

@@ -1,7 +1,6 @@
 // The panels: the body to pick a part from, styles, strength, presets, what is said and how fast it goes.
 
 const SVG = "http://www.w3.org/2000/svg";
-const STAGES = { controller: "controller", features: "features", stylizer: "stylizer", foot_lock: "foot lock", frame: "frame" };
 
 export function element(tag, properties = {}, ...children) {
   const made = tag.startsWith("svg:") ? document.createElementNS(SVG, tag.slice(4)) : document.createElement(tag);
@@ -35,6 +34,11 @@ export class Panel {
     find("share").addEventListener("input", (event) => act(`share:${event.target.value / 100}`));
     find("search").addEventListener("input", () => this.showStyles());
     find("search").addEventListener("keydown", (event) => this.searchKey(event));
+    find("own").addEventListener("submit", (event) => {
+      event.preventDefault();
+      act(`rename:${find("own-name").value}`);
+      find("own-name").blur();
+    });
     this.buildHelp();
   }
 
@@ -86,11 +90,12 @@ export class Panel {
   showStyles() {
     const wanted = find("search").value.trim().toLowerCase(), blending = this.state?.blending;
     const shown = this.styles.filter(([name]) => name.includes(wanted));
-    const chip = (name, colour, noncommercial) => {
+    const chip = (name, colour, noncommercial, own) => {
       const label = name === this.world.own && blending ? "no blend" : name;
       const made = element("button", { className: "chip", onclick: () => this.act(`choose:${name}`) },
         element("i", { style: `background:${colour}` }), element("span", {}, label));
-      if (noncommercial) made.append(element("em", { title: "for non-commercial use only" }, "nc"));
+      if (noncommercial) made.append(element("em", { title: "for non-commercial use only" }));
+      if (own) made.append(element("small", {}, "yours"));
       made.dataset.style = name;
       return made;
     };
@@ -99,6 +104,10 @@ export class Panel {
   }
 
   lightStyle() {
+    const own = this.styles.find(([name]) => name === this.state?.slot)?.[3] ?? false;
+    find("own").hidden = !own;
+    if (own && this.named !== this.state.slot) find("own-name").value = this.state.slot;
+    this.named = own ? this.state.slot : null;
     for (const made of find("styles").children) {
       const on = made.dataset.style === this.state?.slot;
       if (on && !made.classList.contains("on")) keepInView(made);
@@ -163,8 +172,7 @@ export class Panel {
       made.classList.toggle("on", made.dataset.seen === "twin" ? Boolean(state.twin) : made.dataset.seen === "pace" ? state.pace : state.seen.includes(made.dataset.seen));
     find("crouch-toggle").classList.toggle("on", state.crouching);
     find("title").hidden = !state.playing || state.replaying;
-    find("times").hidden = !state.seen.includes("times");
-    document.body.classList.toggle("timed", state.seen.includes("times"));
+    document.body.classList.toggle("looked-into", ["times", "phase", "attention"].some((name) => state.seen.includes(name)));
     if (before?.blending !== state.blending) this.showStyles();
     else this.lightStyle();
   }
@@ -190,15 +198,8 @@ export class Panel {
   setFigures({ frame, delay, rate, poses, bytes }) {
     find("figures").replaceChildren(...[
       ["frame", `${frame.toFixed(1)} ms`], ["delay", delay === null ? "–" : `${Math.round(delay)} ms`],
-      ["pictures", `${Math.round(rate)}/s`], ["poses", `${Math.round(poses)}/s`], ["line", `${Math.round(bytes / 1000)} kB/s`],
+      ["pictures", `${Math.round(rate)}/s`], ["poses", `${Math.round(poses)}/s`], ["network", `${Math.round(bytes / 1000)} kB/s`],
     ].map(([name, value]) => element("span", {}, element("small", {}, name), value)));
-  }
-
-  setTimes(times) {
-    const most = 16.7;
-    find("stages").replaceChildren(...Object.entries(STAGES).filter(([name]) => name in times).map(([name, label]) =>
-      element("div", {}, element("span", {}, label),
-        element("i", { style: `width:${Math.min(100, (times[name] / most) * 100)}%` }), element("b", {}, times[name].toFixed(1)))));
   }
 }
 

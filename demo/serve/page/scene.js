@@ -125,6 +125,7 @@ export class Scene {
     (this.ground ? this.drawUneven : this.drawFlat).call(this, values, marks);
     this.drawBodies(values, figures);
     if (seen.twin === "ghost" && frame.twin) this.drawGhost(values);
+    seen.past = (seen.past ?? []).map((each) => this.skeleton.pose(each));
     this.lines.draw(linesOf(this.world, this.heights, height / 720, solid, frame, seen), values);
     gl.bindVertexArray(null);
     return { poses, worldToClip };

@@ -128,9 +128,41 @@ def test_a_dropped_file_becomes_a_style_and_a_bad_one_a_sentence(page, tmp_path,
     page.locator("#file").set_input_files(tmp_path / "limp.bvh")
     page.locator("[data-style=limp].on").wait_for()
     assert (home / "styles").is_dir()
+    page.locator("#own-name").fill("hobble")
+    page.locator("#own-name").press("Enter")
+    page.locator("[data-style=hobble].on").wait_for()
+    page.locator("#own button", has_text="remove").click()
+    page.locator("#toasts .alert").wait_for()
+    assert "once more deletes the style" in page.locator("#toasts .alert").inner_text()
+    page.locator("#own button", has_text="remove").click()
+    page.locator("[data-style=hobble]").wait_for(state="detached")
+    assert page.locator("#own").is_hidden(), "what comes with Patchwalk is neither renamed nor removed"
+    page.locator("#toasts .alert").wait_for(state="detached")
     page.locator("#file").set_input_files(tmp_path / "words.bvh")
     page.locator("#toasts .alert").wait_for()
     assert "words.bvh is not a whole BVH file" in page.locator("#toasts .alert").inner_text()
+
+
+def test_what_is_inside_is_seen_and_filmed(page):
+    assert page.locator("#lost").is_hidden(), "the character is there"
+    for name in ("onion", "phase", "attention"):
+        page.locator(f"[data-seen={name}]").click()
+    page.wait_for_function(
+        """() => {
+            const map = document.getElementById("map"), hand = document.getElementById("hand");
+            const { data } = map.getContext("2d").getImageData(0, 0, map.width, map.height);
+            return data.some((value, i) => i % 4 < 3 && value > 99) && map.width > 4 &&
+                hand.hasAttribute("transform") && page.past.length === 30;
+        }"""
+    )
+    page.keyboard.press("F8")
+    page.locator("#film span", has_text="stop").wait_for()
+    pictures = page.evaluate("page.pictures")
+    page.wait_for_function(f"() => page.pictures > {pictures} + 3")
+    with page.expect_download() as film:
+        page.keyboard.press("F8")
+    assert film.value.suggested_filename == "patchwalk.webm"
+    assert film.value.path().read_bytes()[:4] == b"\x1a\x45\xdf\xa3", "as Matroska files begin"
 
 
 def test_the_figure_is_drawn_on_a_telephone_too(browser, address):
@@ -140,7 +172,7 @@ def test_the_figure_is_drawn_on_a_telephone_too(browser, address):
         box = page.locator("#stick").bounding_box()
         page.touchscreen.tap(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         assert page.locator("body.touch").count() == 1
-        page.locator("#bar .narrow").tap()
+        page.locator("#bar [data-do=dress]").tap()
         page.locator("#diagram .limb[data-part=spine]").tap()
         page.locator("[data-style=hunched]").tap()
         page.locator("[data-style=hunched].on").wait_for()

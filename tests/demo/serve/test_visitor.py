@@ -50,6 +50,38 @@ def test_it_plays_by_itself_until_somebody_steers(visitor):
     assert steps(visitor, 1)[0].command.move == (0, 1) and visitor.playing is None
 
 
+def test_attention_is_told_of_the_picked_part_ten_times_a_second(visitor):
+    asked = []
+
+    def attention(window, part, one=0):
+        asked.append((part, one))
+        return np.array([[0.25, 0.75, 0.0], [0.5, 0.5, 0.0]])
+
+    visitor.session.stylizer.attention = attention
+    visitor.take({"do": "pick_left_arm"})
+    visitor.take({"do": "attention"})
+    told = []
+    for _ in range(12):
+        visitor.step()
+        told += visitor.said("attention")
+    assert told[0] == {"part": "left_arm", "styles": [], "columns": 3, "map": "55ff00aaaa00"}
+    assert asked == [("left_arm", 0)] * 3, "in frames 1, 6 and 12, and not at every message"
+    visitor.session.stylizer.attention = lambda *_: (_ for _ in ()).throw(ValueError("none here"))
+    steps(visitor, 6)
+    assert visitor.said("attention")[0]["why"] == "none here"
+
+
+def test_the_user_s_own_styles_are_renamed_and_others_are_not(visitor):
+    renamed = []
+    visitor.session.stylizer.rename = lambda style, new: renamed.append((style, new))
+    visitor.choice.offer((*visitor.choice.styles, "limp"), users_own=("limp",))
+    for action in ("choose:bent", "rename:crooked", "choose:limp", "rename:hobble"):
+        visitor.take({"do": action})
+    assert renamed == [("limp", "hobble")] and visitor.choice.style["spine"].name == "hobble"
+    said = [text["say"] for text in map(json.loads, visitor.told()) if "say" in text]
+    assert any("those that come with Patchwalk stay" in each for each in said)
+
+
 def test_actions_change_what_is_asked_of_the_parts(visitor):
     for action in ("pick_arms", "choose:flapping", "strength:0.5", "pick:spine", "choose:bent"):
         visitor.take({"do": action})
