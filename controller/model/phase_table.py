@@ -37,9 +37,13 @@ class PhaseTable:
         return self  # nothing in it changes from step to step: copies of a character share it
 
     def __call__(self, x: np.ndarray, phase: np.ndarray) -> np.ndarray:
-        """x (..., INPUT_SIZE) float32, phase (...) in radians -> (..., OUTPUT_SIZE), for no leading axes or one."""
+        """x (..., INPUT_SIZE) float32, phase (...) in radians -> (..., OUTPUT_SIZE), for no leading axes or one. Raises
+        FloatingPointError where that is not finite."""
         place = phase * (self.entries / (2 * math.pi))
-        return self._one(x, float(place)) if x.ndim == 1 else self._many(x, place)
+        y = self._one(x, float(place)) if x.ndim == 1 else self._many(x, place)
+        if not np.isfinite(y).all():
+            raise FloatingPointError("the network's output is not finite")
+        return y
 
     def _one(self, x: np.ndarray, place: float) -> np.ndarray:
         entry, place = divmod(place, 1)
