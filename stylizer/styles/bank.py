@@ -114,6 +114,8 @@ class StyleBank:
         for path in sorted(paths):
             with tensor_file.understanding(path, "reinstall Patchwalk"):
                 styles[path.stem] = self._read(path)
+        if OWN not in styles:
+            raise ValueError(f"there is no own style in {self.bundled / self.name}: reinstall Patchwalk or train again")
         for path in paths:
             with tensor_file.understanding(path, "reinstall Patchwalk"):
                 styles[path.stem].check_like(styles[OWN])

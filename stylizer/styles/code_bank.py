@@ -172,8 +172,9 @@ class CodeBank(StyleBank):
             name: StyleClips(tensors[name].float(), gait_from(tensors, movements, f"{name}."))
             for name, movements in json.loads(header["movements"]).items()
         }
+        own = styles[OWN]
         for style in styles.values():
-            style.check_like(styles[OWN])
+            style.check_like(own)
         return styles
 
     def _read(self, path: Path) -> StyleClips:

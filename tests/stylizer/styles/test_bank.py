@@ -379,6 +379,12 @@ def test_a_bundled_style_of_other_shapes_is_refused_by_name(bank):
         again(bank)
 
 
+def test_a_bank_without_an_own_style_is_refused(bank):
+    (bank.bundled / bank.name / "neutral.safetensors").unlink()
+    with pytest.raises(ValueError, match="there is no own style in .*: reinstall"):
+        again(bank)
+
+
 @pytest.mark.parametrize("name", ["../tiny", "/etc/passwd", "a/b", "", "x" * 200, "..\\tiny"])
 def test_the_name_of_a_stylizer_is_no_path(bank, name):
     with pytest.raises(ValueError, match="is no name of a stylizer"):

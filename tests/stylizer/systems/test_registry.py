@@ -486,9 +486,11 @@ def test_codes_of_another_controller_are_refused_in_one_sentence(bank):
 def test_codes_of_other_shapes_are_refused_in_one_sentence(bank):
     path = bank.bundled / code_bank.CODES / f"{bank.name}.safetensors"
     header, tensors = checkpoint.read(path)
-    save_file({**tensors, "neutral": tensors["neutral"][1:].contiguous()}, path, header)
-    with pytest.raises(ValueError, match=f"{bank.name}.safetensors is damaged, or of another version"):
-        CodeBank(bank.name, bank.bundled, bank.user)
+    fewer = {**tensors, "neutral": tensors["neutral"][1:].contiguous()}
+    for damaged, said in ((fewer, header), (tensors, header | {"movements": "{}"})):
+        save_file(damaged, path, said)
+        with pytest.raises(ValueError, match=f"{bank.name}.safetensors is damaged, or of another version"):
+            CodeBank(bank.name, bank.bundled, bank.user)
 
 
 def test_the_own_style_of_a_system_changes_nothing_bit_for_bit(bank, poses):
