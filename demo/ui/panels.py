@@ -173,7 +173,7 @@ def _style_lines(choice: StyleChoice, room: float) -> Iterator[Label]:
         spec = choice.style.get(part)
         yield Label(readable(part), ACCENT if part in choice.parts else FAINT, TINY)
         words = f"{spec_text(spec)}{' at' if spec.other else ''} {spec.strength:.0%}" if spec else OWN
-        swatch = tuple(spec_colour(spec).round(3).tolist()) if spec else OWN_STYLE
+        swatch: Colour | None = tuple(spec_colour(spec).round(3).tolist()) if spec else OWN_STYLE
         for line in wrap(words, room - INDENT, WORN):
             yield Label(line, INK if spec else FAINT, WORN, swatch, INDENT)
             swatch = None  # of the first line alone
