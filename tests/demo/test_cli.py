@@ -102,7 +102,7 @@ MISTAKES = {
     "evaluate character nowhere.glb": "nowhere.glb",
     "evaluate stylizer --data clips": "clips holds no labelled motion",
     "evaluate stylizer --data clips --weights nowhere": "there is no folder nowhere",
-    "styles": "list|add|remove",
+    "styles": "list|add|rename|remove",
     "styles add good.jsonl": "--name",
     "bench --seconds 0": "above 0",
     "bench --characters many": "above 0",

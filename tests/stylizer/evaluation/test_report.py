@@ -149,10 +149,9 @@ def test_further_figures_want_neutral_walks(data, bank):
 
 def test_the_pictures_are_drawn(data, quick, bank, monkeypatch, tmp_path):
     from stylizer.evaluation import pictures
-    from stylizer.styles import bundled_styles
 
     names = {style: (f"deep/dataset-1_walk_{style}_000.bvh",) for style in ("proud", "old")}
-    monkeypatch.setattr(bundled_styles, "CLIPS", names)
+    monkeypatch.setattr(pictures, "CLIPS", names)
     monkeypatch.setattr(pictures, "POSES", 2)
     monkeypatch.setattr(pictures, "CONTENT", "deep/dataset-1_walk_normal_001.bvh")
     paths = pictures.save_pictures(tmp_path / "pictures", data)
