@@ -51,5 +51,5 @@ class DecoderStylizer(LiveStylizer):
     def attention(self, window: np.ndarray, part: str, one: int = 0) -> np.ndarray:
         with torch.inference_mode():
             motion = self.bank.model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            style = to_tensors(self._features(self.mixers[one].styles(self.bank)[FIRST]))
+            style = to_tensors(self._features(self._mixer_of(one).styles(self.bank)[FIRST]))
             return attention_map(self.bank.model, motion, style, PART_NAMES.index(part))

@@ -65,7 +65,7 @@ class JointStylizer(LiveStylizer):
             raise ValueError("these stylizer weights were trained without attention")
         with torch.inference_mode():
             motion = model.normalize(torch.from_numpy(window.astype(np.float32))[None])
-            mixer = self.mixers[one]
+            mixer = self._mixer_of(one)
             numbers = mixer.styles(self.bank)[FIRST], mixer.own(self.bank)
             style, own = (to_tensors(self._features(each)) for each in numbers)
             weights = model.attention(model.queries(motion, own, WINDOW), style["keys"])

@@ -248,6 +248,14 @@ class LiveStylizer:
         attention."""
         raise ValueError("this stylizer has no attention")
 
+    def _mixer_of(self, one: int) -> StyleMixer:
+        """The mixer of a character (`one` of a crowd). Raises ValueError where no part has had a style yet: then there
+        is nothing that attention could look at."""
+        mixer = self.mixers[one]
+        if not np.isfinite(mixer.root_velocities).all():
+            raise ValueError("choose a style first: attention shows what of it is used")
+        return mixer
+
     def _smoothed(self, delta: np.ndarray, fresh: np.ndarray) -> np.ndarray:
         """The delta (..., 22, 3) smoothed in time; rows that are fresh (..., 22) start with what they are."""
         smoothed, rate, wanted = self._follower

@@ -90,7 +90,7 @@ def test_a_walk_is_steered_styled_recorded_and_replayed(page, tmp_path, monkeypa
     page.locator(".part b", has_text="80%").wait_for()
     page.locator("#record span", has_text="record").click()
     page.locator("#record span", has_text="stop").wait_for()
-    page.locator("#scene").click(position={"x": 450, "y": 330})
+    page.locator("#scene").click(position={"x": 320, "y": 120})  # beside the figure
     page.keyboard.down("w")
     page.keyboard.down("Shift")
     page.wait_for_function("() => Math.hypot(page.frame.root[0], page.frame.root[2]) > 1")
@@ -145,6 +145,7 @@ def test_a_dropped_file_becomes_a_style_and_a_bad_one_a_sentence(page, tmp_path,
 
 def test_what_is_inside_is_seen_and_filmed(page):
     assert page.locator("#lost").is_hidden(), "the character is there"
+    page.locator("[data-style=strutting]").click()
     for name in ("onion", "phase", "attention"):
         page.locator(f"[data-seen={name}]").click()
     page.wait_for_function(

@@ -176,6 +176,8 @@ def test_live_it_restyles_the_parts_that_wear_something(features, change):
         seen = stylizer.attention(history.window(), "left_arm")
         assert seen.shape == (WINDOW // 2, TOKENS)
         np.testing.assert_allclose(seen.sum(axis=1), 1.0, atol=1e-5)
+        with pytest.raises(ValueError, match="choose a style first"):
+            JointStylizer(bank).attention(history.window(), "left_arm")
 
 
 def test_a_clip_is_restyled_and_comes_back_in_its_own_style(model, features):
