@@ -95,7 +95,7 @@ def test_a_window_opens_with_the_character_it_is_given(screen, tmp_path):
 @pytest.mark.parametrize(
     "name, data, why",
     [
-        ("cut.vrm", b"glTF" + struct.pack("<II", 2, 12), "cut.vrm is no glTF file"),
+        ("cut.vrm", b"glTF" + struct.pack("<II", 2, 12), "cut.vrm: it is a .glb without a glTF 2.0 document"),
         ("hero.fbx", b"Kaydara", "hero.fbx"),
         ("hero.obj", b"v 0 0 0", "a character as a .glb or .vrm"),
         (
