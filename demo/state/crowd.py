@@ -15,7 +15,7 @@ from stylizer.styles.own_style import OWN
 SEED = 1
 ROOM = 7.0  # square metres of floor for each
 NEAR = 0.8  # metres from where somebody wants to go, at which they want to go elsewhere
-FREE = 1.5  # metres about somebody into which the others do not like to come
+FREE = 1.8  # metres about somebody into which the others do not like to come
 GIVE_WAY = 2.5  # how much more a meeting counts than the way to go, where two touch
 ASIDE = 0.6  # of giving way, how much is to the side: two who meet head-on pass on their left
 LOOK_AHEAD = 0.5  # seconds: people make way for where the others are about to be

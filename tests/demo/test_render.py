@@ -400,7 +400,7 @@ def test_rest_pose_feet_cast_shadows(screen):
 
 
 def test_a_crowd_is_seen_in_its_colours_and_moves_nothing_else(screen):
-    """Two on either side of the character, one of them behind the camera."""
+    """Two on either side of the character, one of them behind the camera. On the floor there is a ring about it."""
     frame = frame_of()
     pose = moved(frame.styled, np.zeros(3))
     view, plain = view_of(frame), picture(screen, frame, view_of(frame)).astype(int)
@@ -408,8 +408,10 @@ def test_a_crowd_is_seen_in_its_colours_and_moves_nothing_else(screen):
     poses = Pose.stacked([moved(pose, shift) for shift in beside])
     red = np.tile([[0.9, 0.1, 0.1]], (2, 5, 1))
     view.crowd = poses, red
-    changed = np.abs(picture(screen, frame, view).astype(int) - plain).max(-1) > 40
+    image = picture(screen, frame, view).astype(int)
+    changed = np.abs(image - plain).max(-1) > 40
+    changed[2 * SIZE[1] // 3 :] = False
     columns = np.flatnonzero(changed.any(axis=0))
     assert changed.sum() > 200 and columns.min() > SIZE[0] // 2
-    image = picture(screen, frame, view)[changed].astype(int)
+    image = image[changed]
     assert (image[:, 0] > image[:, 1] + 30).mean() > 0.4, "it is red"
