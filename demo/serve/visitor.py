@@ -4,7 +4,6 @@ demo.live.actions that need no window, as the window does."""
 import json
 import shutil
 import time
-import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, Sequence, cast
@@ -81,10 +80,8 @@ class Visitor:
         self._packing = Packing()
         self.seen = {"contacts"}
         self.attention: dict[str, Any] = {}  # what the page is told of it, none where it is not seen
-        self.to_remove = "", 0.0  # see demo.live.users_styles
         self.clock = time.monotonic
         self.pace = True
-        self.clock: Callable[[], float] = time.monotonic
         self.asked = "", 0.0  # what is done if it is asked for again until then (demo.live.confirm)
         self.asleep = False  # whether nobody looks at the page: then nothing moves
         self.recorder: Recorder | None = None
