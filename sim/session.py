@@ -2,7 +2,7 @@
 `Session.step`."""
 
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, NoReturn, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from sim.motion.playback_pace import OWN_PACE, Pace, PaceFollower
 from sim.protocols import Controller, Stylizer
 
 S = TypeVar("S", bound=Stylizer)
-NOT_FINITE = "the controller's motion is not finite: it was put back at the start; reinstall Patchwalk"
 
 
 @dataclass(frozen=True)
@@ -141,22 +140,27 @@ class Session(Generic[S]):
             )
 
     def _next_neutral(self, command: Command | Commands, pace: Pace) -> Pose:
-        """Raises ValueError as `_heal` does."""
+        """The controller's next pose. Raises ValueError where it cannot go on (see `_put_back`)."""
         try:
             return self.controller.step(command, pace)
         except FloatingPointError:
-            self.healed += 1
-            self.restart()
-            raise ValueError(NOT_FINITE) from None
+            self._put_back()
+
+    def _put_back(self) -> NoReturn:
+        """Starts again where the controller gives nothing to go on from. Raises ValueError saying so."""
+        self.healed += 1
+        self.restart()
+        raise ValueError(
+            "the controller's motion is not finite: it was put back at the start; reinstall Patchwalk"
+        ) from None
 
     def _heal(self, neutral: Pose) -> Pose:
         """In place of a styled pose that is not finite: the neutral one, with styling begun anew.
 
         Raises ValueError where the neutral pose itself is not finite; the session has then been restarted."""
-        self.healed += 1
         if not neutral.is_finite():
-            self.restart()
-            raise ValueError(NOT_FINITE)
+            self._put_back()
+        self.healed += 1
         self.stylizer.restart()
         self._begin()
         return neutral

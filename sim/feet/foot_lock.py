@@ -94,14 +94,14 @@ class FootLock:
         lifting = np.zeros(2) if self.ground is None else 1 - smooth_step(contacts.min(axis=-1), *FOOT_LOCKED)
         contacts = contacts * _on_floor(feet[..., 1] - soles, np.maximum(legs, lifting))
         feet, turns = self.attitude.step(feet, contacts, None if self.ground is None else soles)
-        self.landed = landed = self._landed(feet[..., 1] - soles)
-        targets = feet[..., 0, :] + self._plant(feet, soles, edge, contacts, landed, neutral_low + raised, legs)
+        self.landed = self._landed(feet[..., 1] - soles)
+        targets = feet[..., 0, :] + self._plant(feet, soles, edge, contacts, neutral_low + raised, legs)
         drop = self._drop(styled.positions[..., UP_LEG, :] + rise, targets)
         rotations = styled.rotations.copy()
         turned = rot.multiply(turns[..., None, :], _by_foot(rotations[..., CONTACT_JOINTS, :], 4))
         rotations[..., CONTACT_JOINTS, :] = turned.reshape(*turned.shape[:-3], 4, 4)
         body = styled.with_body(styled.hips + rise[..., 0, :] - drop[..., None] * UP, rotations)
-        contacts = contacts * landed[..., None]
+        contacts = contacts * self.landed[..., None]
         return replace(
             reach(body, LEGS, targets, KNEES_FORWARD, REACH), contacts=contacts.reshape(neutral.contacts.shape)
         )
@@ -150,7 +150,7 @@ class FootLock:
         be lower than where the neutral foot stands, and a foot in the air is not held."""
         if self.ground is None:
             return np.ones(heights.shape[:-1])
-        return 1 - smooth_step((heights + self.height[..., None] - FLAT_HEIGHTS).min(axis=-1), *OFF_FLOOR)
+        return _on_floor(heights + self.height[..., None], np.ones(2)).max(axis=-1)
 
     def _plant(
         self,
@@ -158,19 +158,18 @@ class FootLock:
         soles: np.ndarray,
         edge: np.ndarray,
         contacts: np.ndarray,
-        landed: np.ndarray,
         neutral_low: np.ndarray,
         legs: np.ndarray,
     ) -> np.ndarray:
         """What to add to each foot (..., 2, 3), for ankles and toes (..., 2, 2, 3), the ground under them (..., 2, 2)
-        and how much higher its next edge is (..., 2), their contacts (..., 2, 2), how far each is down (..., 2), the
-        neutral feet's height (..., 2) over the ground and how far the legs are styled (..., 2)."""
+        and how much higher its next edge is (..., 2), their contacts (..., 2, 2), the neutral feet's height (..., 2)
+        over the ground and how far the legs are styled (..., 2)."""
         moved = feet - before_or_now(self.joints, feet)
         self.joints = feet
         on_ankle = contacts[..., :1] >= contacts[..., 1:]  # which joint carries the weight: ankle or toe
         planted = smooth_step(contacts.max(axis=-1), *FOOT_LOCKED)
         against = -np.where(on_ankle, moved[..., 0, :], moved[..., 1, :]) * FLOOR
-        slip = self.slip.step(against, planted * landed)
+        slip = self.slip.step(against, planted * self.landed)
 
         low = (feet[..., 1] - soles).min(axis=-1)
         to_floor = TOE_HEIGHT - low

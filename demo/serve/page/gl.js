@@ -80,36 +80,39 @@ export function buffer(gl, values, target = gl.ARRAY_BUFFER) {
   return handle;
 }
 
-// A picture of one channel that can be drawn into.
-export function target(gl, side) {
-  const texture = gl.createTexture(), frame = gl.createFramebuffer();
-  gl.bindTexture(gl.TEXTURE_2D, texture);
-  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R8, side, side);
+// How a texture is read: between its pixels, and at its border no farther.
+function readSmoothly(gl) {
   for (const [name, value] of [
     [gl.TEXTURE_MIN_FILTER, gl.LINEAR], [gl.TEXTURE_MAG_FILTER, gl.LINEAR],
     [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
   ]) gl.texParameteri(gl.TEXTURE_2D, name, value);
+}
+
+// A square picture that can be drawn into and read, of numbers of one format, as the attachment says.
+function drawable(gl, side, format, attachment) {
+  const texture = gl.createTexture(), frame = gl.createFramebuffer();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, format, side, side);
+  readSmoothly(gl);
   gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, attachment, gl.TEXTURE_2D, texture, 0);
   return { texture, frame, side };
+}
+
+// A square picture of one channel.
+export function target(gl, side) {
+  return drawable(gl, side, gl.R8, gl.COLOR_ATTACHMENT0);
 }
 
 // A square picture of depths alone: what is read from it is the share of four pixels about a place that lie no nearer
 // than the depth given.
 export function depthMap(gl, side) {
-  const texture = gl.createTexture(), frame = gl.createFramebuffer();
-  gl.bindTexture(gl.TEXTURE_2D, texture);
-  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT16, side, side);
-  for (const [name, value] of [
-    [gl.TEXTURE_MIN_FILTER, gl.LINEAR], [gl.TEXTURE_MAG_FILTER, gl.LINEAR],
-    [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
-    [gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE], [gl.TEXTURE_COMPARE_FUNC, gl.LEQUAL],
-  ]) gl.texParameteri(gl.TEXTURE_2D, name, value);
-  gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, texture, 0);
+  const map = drawable(gl, side, gl.DEPTH_COMPONENT16, gl.DEPTH_ATTACHMENT);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_COMPARE_FUNC, gl.LEQUAL);
   gl.drawBuffers([gl.NONE]);
   gl.readBuffer(gl.NONE);
-  return { texture, frame, side };
+  return map;
 }
 
 // A picture of a user's character, its first row the upper one.
@@ -118,10 +121,7 @@ export function picture(gl, image) {
   gl.bindTexture(gl.TEXTURE_2D, texture);
   gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
   gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
-  for (const [name, value] of [
-    [gl.TEXTURE_MIN_FILTER, gl.LINEAR], [gl.TEXTURE_MAG_FILTER, gl.LINEAR],
-    [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
-  ]) gl.texParameteri(gl.TEXTURE_2D, name, value);
+  readSmoothly(gl);
   return texture;
 }
 
