@@ -110,6 +110,10 @@ class Commands:
         if not (isinstance(self.each, Sequence) and self.each and all(isinstance(each, Command) for each in self.each)):
             raise ValueError(f"a crowd is given {abbreviate(self.each)}, but needs a list of Command, one for each")
 
+    def of(self, which: np.ndarray) -> "Commands":
+        """Those of some characters, (characters,) of bool."""
+        return Commands([command for command, meant in zip(self.each, which) if meant])
+
     @property
     def desired_velocity(self) -> np.ndarray:
         """(characters, 2)"""

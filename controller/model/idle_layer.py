@@ -72,6 +72,8 @@ def _harmonics(rotations: np.ndarray, hips: np.ndarray) -> np.ndarray:
 class Idle:
     """Plays the loop while the character stands and eases it in and out. Any leading axes, of a crowd."""
 
+    STATE = "frame", "easing"
+
     def __init__(self, loop: np.ndarray) -> None:
         """loop: SHAPE, from `fit`; zeros lay nothing on."""
         self.bearing = rot.from_rotation_vector(loop[0, UPPER])

@@ -10,8 +10,9 @@ from controller.model.idle_layer import Idle
 from controller.model.io_layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_SLICES, POSE, POSE_SIZE
 from controller.model.network import PhaseFunctionedNetwork
 from controller.model.phase_table import PhaseTable
+from controller.runtime.crowd_state import put_back, select
 from controller.runtime.gathering import gather, gathered
-from controller.runtime.playback import Playback, keep
+from controller.runtime.playback import Playback
 from controller.runtime.root_correction import RootCorrection
 from controller.runtime.trajectory import Trajectory
 from controller.runtime.wrist_limiter import WristLimiter
@@ -33,6 +34,8 @@ SETTLE_FRAMES = 180  # frames of standing before the first one shown, so that th
 
 class PhaseFunctionedController:
     """Neutral motion from commands, one 60 Hz frame a call (Holden et al. 2017)."""
+
+    STATE = "trajectory", "root_correction", "wrists", "idle", "phase", "body"
 
     def __init__(self, network: PhaseFunctionedNetwork, fingerprint: str | None = None) -> None:
         """fingerprint: of the weight file, where the network comes from one."""
@@ -88,16 +91,19 @@ class PhaseFunctionedController:
         for moving in self.playback.advance(pace.rate):
             if moving.all():
                 self.playback.push(self._advance(command, pace), moving)
-                continue
-            parts = "trajectory", "root_correction", "wrists", "idle"
-            before = {name: copy.deepcopy(getattr(self, name)) for name in parts}
-            phase, body = self.phase, self.body
-            pose = self._advance(command, pace)
-            for name in parts:
-                keep(before[name], getattr(self, name), moving)
-            self.phase, self.body = np.where(moving, self.phase, phase), np.where(moving[:, None], self.body, body)
-            self.playback.push(pose, moving)
+            else:
+                self.playback.push(self._advance_some(command, pace, moving), moving)
         return self.playback.pose()
+
+    def _advance_some(self, command: Command | Commands, pace: Pace, which: np.ndarray) -> Pose:
+        """The next poses of some of a crowd (n,) alone."""
+        assert isinstance(command, Commands)
+        some = select(self, which)
+        some._leading = (np.count_nonzero(which),)
+        speed, rate, stride = (np.broadcast_to(value, which.shape)[which] for value in pace)
+        pose = some._advance(command.of(which), Pace(speed, rate, stride))
+        put_back(self, which, some)
+        return pose
 
     def _advance(self, command: Command | Commands, pace: Pace) -> Pose:
         """The pose of the network's next frame: wish, network, then root and phase follow the output; the whole

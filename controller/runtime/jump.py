@@ -17,6 +17,8 @@ class Jump:
 
     A press while one is under way is kept, and answered once it is over."""
 
+    STATE = "time", "waiting"
+
     def __init__(self, crowd: tuple[int, ...] = ()) -> None:
         self.time = np.full(crowd, NEVER)  # seconds since the take-off, negative before it
         self.waiting = np.zeros(crowd, bool)  # a press that is not answered yet

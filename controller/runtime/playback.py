@@ -1,14 +1,16 @@
 """Playback at another rate than the network's own: poses in between, by a parabola through the last three."""
 
-from dataclasses import fields
+from itertools import pairwise
 
 import numpy as np
 
-from controller.runtime.jump import Jump
 from sim.body.pose import Pose
+from sim.body.skeleton import JOINT_COUNT
 from sim.math import rotations as rot
 
 CATCH_UP = 0.02  # frames a frame by which a motion that is played at its own rate again comes back to whole frames
+# Where the numbers of a pose lie side by side in a row; the angles are the root's facing and the phase.
+ROTATIONS, ANGLES, CONTACTS, ROOT, HIPS = (slice(*ends) for ends in pairwise((0, 4 * JOINT_COUNT, 86, 90, 93, 96)))
 
 
 class Playback:
@@ -16,7 +18,7 @@ class Playback:
 
     def __init__(self, crowd: tuple[int, ...] = ()) -> None:
         self.clock = np.ones(crowd)  # 0..1 from the last pose but one to the last
-        self._poses: list[Pose] = []  # the last three
+        self._rows: np.ndarray | None = None  # (3, ..., 96) the last three poses
 
     def advance(self, rate: np.ndarray | float) -> list[np.ndarray]:
         """Lets a frame pass at a rate (...). For each frame that the motion has to go on by: whose (...) it is."""
@@ -30,56 +32,52 @@ class Playback:
 
     def push(self, pose: Pose, moved: np.ndarray) -> None:
         """Takes the next pose of those who have moved (...); the others keep theirs."""
-        if not self._poses:
-            self._poses = [pose] * 3
+        row = _row(pose)
+        if self._rows is None:
+            self._rows = np.stack([row] * 3)
         elif moved.all():
-            self._poses = [*self._poses[1:], pose]
-        elif moved.any():
-            self._poses = [_where(moved, after, before) for before, after in zip(self._poses, [*self._poses[1:], pose])]
+            self._rows = np.concatenate([self._rows[1:], row[None]])
+        else:
+            self._rows = self._rows.copy()
+            self._rows[:2, moved] = self._rows[1:, moved]
+            self._rows[2, moved] = row
 
     def pose(self) -> Pose:
         """Where the motion is now."""
-        first, middle, last = self._poses
-        if (self.clock == 1).all():
-            return last
+        assert self._rows is not None
         c = self.clock
-        weights = c * (c - 1) / 2, 1 - c * c, c * (c + 1) / 2
-
-        def between(a: np.ndarray | float, b: np.ndarray | float, z: np.ndarray | float) -> np.ndarray:
-            shape = *np.shape(c), *[1] * (np.ndim(z) - np.ndim(c))
-            return sum((np.reshape(w, shape) * value for w, value in zip(weights, (a, b, z))), np.zeros(()))
-
-        def turning(angles: list[np.ndarray | float]) -> list[np.ndarray | float]:
-            return [angles[-1] + rot.wrap_angle(angle - angles[-1]) for angle in angles]
-
-        poses = [first, middle, last]
-        signs = [np.where(np.vecdot(p.rotations, last.rotations)[..., None] < 0, -1.0, 1.0) for p in poses]
-        result = Pose(
-            root_position=between(*(p.root_position for p in poses)),
-            root_facing=rot.wrap_angle(between(*turning([p.root_facing for p in poses]))),
-            hips=between(*(p.hips for p in poses)),
-            rotations=rot.normalize(between(*(s * p.rotations for s, p in zip(signs, poses)))),
-            contacts=np.clip(between(*(p.contacts for p in poses)), 0.0, 1.0),
-            phase=between(*turning([p.phase for p in poses])) % (2 * np.pi),
-        )
-        return _where(c == 1, last, result)
+        if (c == 1).all():
+            return _pose(self._rows[2])
+        rows = self._rows.copy()
+        angles, turns = rows[..., ANGLES], _rotations(rows)
+        angles[:] = angles[2] + rot.wrap_angle(angles - angles[2])
+        turns *= np.where(np.vecdot(turns, turns[2])[..., None] < 0, -1.0, 1.0)
+        row = (np.stack([c * (c - 1) / 2, 1 - c * c, c * (c + 1) / 2])[..., None] * rows).sum(axis=0)
+        row[..., ROTATIONS] = rot.normalize(_rotations(row)).reshape(*np.shape(c), -1)
+        row[..., CONTACTS] = np.clip(row[..., CONTACTS], 0.0, 1.0)
+        return _pose(row)
 
 
-def _where(which: np.ndarray, one: Pose, other: Pose) -> Pose:
-    """Some characters (...) of one pose, the rest of another."""
+def _row(pose: Pose) -> np.ndarray:
+    """The numbers (..., 96) of a pose."""
+    rotations = pose.rotations.reshape(*pose.rotations.shape[:-2], -1)
+    angles = np.stack([pose.root_facing, pose.phase], axis=-1)
+    return np.concatenate([rotations, angles, pose.contacts, pose.root_position, pose.hips], axis=-1)
+
+
+def _pose(row: np.ndarray) -> Pose:
+    """The pose that has these numbers (..., 96)."""
+    facing, phase = np.moveaxis(row[..., ANGLES], -1, 0)
     return Pose(
-        *(
-            np.where(np.reshape(which, (*np.shape(which), *[1] * (np.ndim(a) - np.ndim(which)))), a, b)
-            for a, b in ((getattr(one, f.name), getattr(other, f.name)) for f in fields(Pose))
-        )
+        root_position=row[..., ROOT],
+        root_facing=rot.wrap_angle(facing),
+        hips=row[..., HIPS],
+        rotations=_rotations(row),
+        contacts=row[..., CONTACTS],
+        phase=phase % (2 * np.pi),
     )
 
 
-def keep(before: object, after: object, moved: np.ndarray) -> None:
-    """Gives the characters of a crowd who have not moved (n,) the state that they had before, array by array."""
-    for name, value in vars(after).items():
-        if isinstance(value, Jump):
-            keep(getattr(before, name), value, moved)
-        if isinstance(value, np.ndarray) and value.shape[:1] == moved.shape:
-            which = moved.reshape(len(moved), *[1] * (value.ndim - 1))
-            setattr(after, name, np.where(which, value, getattr(before, name)))
+def _rotations(rows: np.ndarray) -> np.ndarray:
+    """The quaternions (..., 21, 4) of rows, as a view."""
+    return rows[..., ROTATIONS].reshape(*rows.shape[:-1], JOINT_COUNT, 4)

@@ -18,6 +18,8 @@ class RootCorrection:
     """A network's root and feet never agree quite; where a foot stands, the foot is right. Any leading axes, of a
     crowd."""
 
+    STATE = "feet", "slide"
+
     def __init__(self) -> None:
         self.feet = NOT_YET  # (..., 4, 2) of the last frame, in its root frame
         self.slide = np.zeros(2)

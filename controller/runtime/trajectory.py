@@ -65,6 +65,20 @@ class Trajectory:
     Positions (..., 2) are world x, z in metres; facings (...) are yaw in radians, never wrapped. The leading axes are
     those of a crowd: none for one character."""
 
+    STATE = (
+        "position",
+        "facing",
+        "past",
+        "predicted",
+        "desired",
+        "simulated",
+        "_moving",
+        "_turning",
+        "_crouching",
+        "gait",
+        "jump",
+    )
+
     def __init__(self, crowd: tuple[int, ...] = (), ground: Ground | None = None) -> None:
         """ground: None for level floor."""
         self.ground = ground

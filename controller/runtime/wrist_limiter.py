@@ -20,6 +20,8 @@ _LIKEST = math.cos(_LONGEST / 2)  # what the product of two such quaternions, a 
 class WristLimiter:
     """Keeps hands from turning faster against their forearms than hands do. Any leading axes, of a crowd."""
 
+    STATE = ("turned",)
+
     def __init__(self) -> None:
         self.turned = NOT_YET  # (..., 2, 4), of the hands against their forearms in the last frame
 
