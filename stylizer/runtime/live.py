@@ -32,7 +32,7 @@ from stylizer.runtime.pose_delta import (
     rotations_of_delta,
     unwrap,
 )
-from stylizer.runtime.style_mixer import BODY, StyleMixer
+from stylizer.runtime.style_mixer import BODY, StyleMixer, amounts_of_styles
 from stylizer.styles.bank import StyleBank
 from stylizer.styles.own_style import OWN
 from stylizer.styles.stride_residual import play_residual
@@ -131,7 +131,6 @@ class LiveStylizer:
         self.mixers = [StyleMixer(self.PERIOD, one % self.PERIOD) for one in range(count)]
         self.inertializer = Inertializer(self._leading)
         self.frame = 0
-        self._amounts: list[tuple[list[float], list[float]]] = []  # strengths, and how far styled, of each one's parts
         self._follow_strengths()
         self._paces: dict[tuple[str, str], tuple[object, np.ndarray]] = {}  # by style and gait
         rows = *self._leading, JOINT_COUNT + 1, 3
@@ -170,11 +169,11 @@ class LiveStylizer:
         return preserve_hands(apply_delta(neutral, turns, shift), neutral, self._styled[..., ARM_PARTS])
 
     def _follow_strengths(self) -> None:
-        """What depends on the strengths of the parts alone, worked out anew where one has changed."""
-        amounts = [(mixer.strengths, mixer.styled) for mixer in self.mixers]
-        if amounts == self._amounts:
+        """What depends on the styles and strengths of the parts alone, worked out anew where one changes."""
+        if all(mixer.steady for mixer in self.mixers):
             return
-        self._amounts = amounts
+        amounts = [(mixer.strengths, mixer.styled) for mixer in self.mixers]
+        self._shown = amounts_of_styles(self.mixers)
         # (..., 5) strengths, and how far each part shows another style than its own
         strengths, self._styled = np.array(amounts).swapaxes(0, 1).reshape(2, *self._leading, -1)
         has_style = strengths > 0
@@ -316,11 +315,10 @@ class LiveStylizer:
         """Rotations (..., 21, 4) with what of the styles' movement is not locked to the stride on top, in its own
         time."""
         result = np.zeros((len(self.mixers), JOINT_COUNT, 3))
-        for one, mixer in enumerate(self.mixers):
-            for name, strengths in mixer.shown.items():
-                loop = self.bank[name].gait.residual
-                if loop is not None:
-                    result[one] += np.array(strengths)[PART_OF_JOINT, None] * play_residual(loop, self.frame)
+        for name, amounts in self._shown.items():
+            loop = self.bank[name].gait.residual
+            if loop is not None:
+                result += amounts[:, PART_OF_JOINT, None] * play_residual(loop, self.frame)
         if not result.any():
             return turns
         return rot.multiply(rot.from_rotation_vector(result.reshape(*self._leading, JOINT_COUNT, 3)), turns)

@@ -1,7 +1,7 @@
 """The active styles of one character's body parts: strengths and shares on their way; and when the network is to be
 evaluated."""
 
-from typing import Collection, final
+from typing import Collection, Sequence, final
 
 import numpy as np
 
@@ -28,6 +28,7 @@ class StyleMixer:
         """turn: so many frames later its turn comes; so most of a crowd rests while the others are evaluated."""
         self.period, self._turn = period, turn
         self.parts = [_Part() for _ in PART_NAMES]
+        self.steady = False  # whether no part was on its way to another strength, share or style in the last step
         self.changed = False  # whether it is evaluated because of another style
         self._switching = False  # whether all parts switch in the next step
         self._evaluated: tuple | None = None  # the styles of the parts when it was evaluated last
@@ -62,7 +63,9 @@ class StyleMixer:
 
     def step(self, style: StyleSpec) -> list[bool]:
         """One frame; which of the five parts switch to another style."""
-        switched = [part.step(style.get(name)) for part, name in zip(self.parts, PART_NAMES)]
+        wanted = [style.get(name) for name in PART_NAMES]
+        self.steady = all(part.rests_at(spec) for part, spec in zip(self.parts, wanted))
+        switched = [not self.steady and part.step(spec) for part, spec in zip(self.parts, wanted)]
         switching, self._switching = self._switching, False
         return [each or switching for each in switched]
 
@@ -70,17 +73,21 @@ class StyleMixer:
         """Styles have changed under their names: all parts switch in the next step."""
         self._evaluated, self._switching = None, True
         self._kept.clear()
+        for part in self.parts:
+            part.move()
 
     def keep(self, styles: Collection[str]) -> None:
         """A part with another style than these fades to its own."""
         for part in self.parts:
             if not {part.name, part.other} <= set(styles):
                 part.name = part.other = OWN
+                part.move()
 
     def rename(self, name: str, new: str) -> None:
         """A style is called something else from now on."""
         for part in self.parts:
             part.name, part.other = (new if each == name else each for each in (part.name, part.other))
+            part.move()
         self._kept.clear()
 
     def due(self) -> bool:
@@ -129,6 +136,15 @@ class StyleMixer:
         return self._kept[names, whose]
 
 
+def amounts_of_styles(mixers: Sequence[StyleMixer]) -> dict[str, np.ndarray]:
+    """By style: how much of it each character's parts show, (n, 5)."""
+    result: dict[str, np.ndarray] = {}
+    for one, mixer in enumerate(mixers):
+        for name, amounts in mixer.shown.items():
+            result.setdefault(name, np.zeros((len(mixers), len(PART_NAMES))))[one] = amounts
+    return result
+
+
 @final
 class _Part:
     """The active style of one body part: the style, the other one it is blended with (itself if none), share and
@@ -137,6 +153,7 @@ class _Part:
     def __init__(self) -> None:
         self.name = self.other = OWN
         self.strength = self.velocity = self.share = self.share_rate = self.styled_share = self.styled_rate = 0.0
+        self._arrived: PartSpec | None | bool = None  # what was asked, where it is there; False on its way
 
     @property
     def shown(self) -> list[tuple[str, float]]:
@@ -144,8 +161,17 @@ class _Part:
         shares = ((self.name, 1 - self.share), (self.other, self.share))
         return [(name, share) for name, share in shares if self.strength and share]
 
+    def rests_at(self, spec: PartSpec | None) -> bool:
+        """Whether a step to what is asked changes nothing."""
+        return self._arrived is spec or (self._arrived == spec and spec is not None)
+
+    def move(self) -> None:
+        """It has changed otherwise than by a step."""
+        self._arrived = False
+
     def step(self, spec: PartSpec | None) -> bool:
         """One frame; whether the style was switched. A part let go keeps its style until it has faded."""
+        asked = spec
         spec = spec or PartSpec(self.name, 0.0, self.other, self.share)
         name, strength, share = spec.name, spec.strength, spec.share
         other = self.other if spec.other is None else spec.other
@@ -161,6 +187,8 @@ class _Part:
         self.styled_share, self.styled_rate = _glide(self.styled_share, self.styled_rate, styled_share)
         switched = switched and self.strength > 0
         self.strength, self.velocity = _glide(self.strength, self.velocity, strength)
+        there = (self.strength, self.share, self.styled_share) == (strength, share, styled_share)
+        self._arrived = asked if there and not (self.velocity or self.share_rate or self.styled_rate) else False
         if strength == 0 and self.strength < NEGLIGIBLE:
             self.__init__()
         return switched
