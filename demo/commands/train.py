@@ -39,6 +39,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--start", type=Path, metavar="FILE", help="weights to begin with, as controller/weights/pfnn.safetensors"
     )
     stylizer.add_argument(
+        "--start", type=Path, metavar="FILE", help="trained weights of unpaired, diverse or latent, for --recipe live"
+    )
+    stylizer.add_argument(
         "--steps",
         type=positive(int),
         metavar="N",
@@ -52,7 +55,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "paper_slim, large, full; or another system: unpaired, diverse, diverse_full, latent, latent_unlabelled, "
         "latent_vae",
     )
-    stylizer.add_argument("--recipe", metavar="NAME", help="ours (default) or paper, its losses alone")
+    stylizer.add_argument(
+        "--recipe",
+        metavar="NAME",
+        help="ours (default); paper, its losses alone; live: unpaired, diverse or latent, trained before, learn what "
+        "to give live, where nothing is to be seen of what comes next",
+    )
     stylizer.add_argument(
         "--leave-out",
         nargs="+",

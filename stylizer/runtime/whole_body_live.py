@@ -36,8 +36,7 @@ class WholeBodyStylizer(DecoderStylizer):
 
     def restart(self) -> None:
         super().restart()
-        model = self.bank.model
-        self._span = (model.config.window - model.LOOK_AHEAD - 1) * STRIDE + 1
+        self._span = self.bank.model.newest * STRIDE + 1
         # features (..., 21, 15) of the last frames, the newest last
         self._past: deque[np.ndarray] = deque(maxlen=self._span)
 
@@ -83,7 +82,7 @@ class WholeBodyStylizer(DecoderStylizer):
             [(part.name, part.other, part.share) if part.strength else None for part in mixer.parts]
         )
         codes = torch.stack([self._code(mixer.root_velocities[BODY], *blend) for blend in joints])
-        window = np.concatenate([past, past[-1:].repeat(model.LOOK_AHEAD, axis=0)])
+        window = past[model.live_samples()]
         styled = stylize_windows(model, window[None], codes, last=1 + model.LOOK_AHEAD)[:, 0]
         return combine_joints(past[-1], dict(zip(joints, styled)), joints) - past[-1]
 

@@ -54,6 +54,15 @@ class WholeBody(Scaled):
         where a system takes styles from clips only."""
         raise ValueError(f"the {self.KIND} stylizer takes styles from clips only: name a clip or a style")
 
+    @property
+    def newest(self) -> int:
+        """The sample of a live window that is drawn; those after it repeat it."""
+        return self.config.window - 1 - self.LOOK_AHEAD
+
+    def live_samples(self) -> np.ndarray:
+        """(T,) which samples of the motion a live window holds."""
+        return np.minimum(np.arange(self.config.window), self.newest)
+
     @torch.inference_mode()
     def encode_style(self, windows: np.ndarray, label: str | None = None) -> Tensor:
         """The code (C,) of a clip from its windows (n, T, 21, 15), their mean; label: its domain, if it is known."""

@@ -18,10 +18,12 @@ from stylizer.systems.motion_puzzle.objective import RECIPES
 from stylizer.systems.registry import system_of_network
 from stylizer.training.distributed import Processes, wait
 from stylizer.training.train_joints import JointTrainer
+from stylizer.training.train_live import LiveTrainer
 from stylizer.training.train_systems import SystemTrainer
 from stylizer.training.trainer import Trainer
 
 FIRST_CHECKPOINT, CHECKPOINT_SECONDS = 30, 240  # of training, until the first one and between two
+LIVE = "live"  # the recipe of stylizer.training.train_live
 
 # Trainers of the systems that have one recipe, by kind.
 ONE_RECIPE: dict[str, Callable[[MotionData, str, int], Trainer]] = {
@@ -43,17 +45,19 @@ def train(
     recipe: str = "ours",
     leave_out: Sequence[str] = (),
     steps: int | None = None,
+    start: Path | None = None,
 ) -> Path:
     """Trains on every BVH under data_dir; writes pack, checkpoint, curve (CSV, PNG), weights and styles under out_dir.
 
     network and recipe: names of stylizer.systems.registry.all_networks and of `objective.RECIPES`; a whole-body network
-    has a recipe of its own. Stops after `minutes` of training in all, or `steps` where networks are to be compared that
-    cost unlike; `resume` goes on from the checkpoint exactly where it stopped, random numbers included. leave_out:
-    words; clips with one of them in their name are not learned from. Under torchrun every process draws its own windows
-    and the first one writes. Returns the weight file's path. Raises ValueError for unknown names and where the folder
-    holds nothing to learn from."""
+    has a recipe of its own, and `live`, which goes on from the trained weights `start` (stylizer.training.train_live).
+    Stops after `minutes` of training in all, or `steps` where networks are to be compared that cost unlike; `resume`
+    goes on from the checkpoint exactly where it stopped, random numbers included. leave_out: words; clips with one of
+    them in their name are not learned from. Under torchrun every process draws its own windows and the first one
+    writes. Returns the weight file's path. Raises ValueError for unknown names and where the folder holds nothing to
+    learn from."""
     data_dir, out_dir = Path(data_dir), Path(out_dir)
-    make = make_trainer(network, recipe)
+    make = make_trainer(network, recipe, start)
     with Processes() as rank:
         if rank == 0:
             pack(data_dir, out_dir / "motion")
@@ -87,8 +91,9 @@ def train(
                     trainer.keep(state)
                     until = f"--steps {steps}" if steps else f"--minutes {minutes:g}"
                     command = f"patchwalk train stylizer {until} --network {network} --recipe {recipe}"
-                    left_out = f" --leave-out {' '.join(leave_out)}" if leave_out else ""
-                    trainer.save_weights(path, data_dir, command + left_out)
+                    command += f" --start {start.name}" if start else ""
+                    command += f" --leave-out {' '.join(leave_out)}" if leave_out else ""
+                    trainer.save_weights(path, data_dir, command)
         if rank == 0:
             plot_curve(out_dir / "curve.csv")
             build = build_bundled if system_of_network(network).by_part else build_codes
@@ -97,9 +102,16 @@ def train(
     return path
 
 
-def make_trainer(network: str, recipe: str) -> Callable[[MotionData, int], Trainer]:
-    """What makes the trainer of a network, of data and a seed. Raises ValueError for unknown names."""
+def make_trainer(network: str, recipe: str, start: Path | None = None) -> Callable[[MotionData, int], Trainer]:
+    """What makes the trainer of a network, of data and a seed; start: weights, for the recipe `live` alone. Raises
+    ValueError for unknown names."""
     system = system_of_network(network)
+    if (recipe == LIVE) != (start is not None):
+        raise ValueError(f"--recipe {LIVE} goes on from trained weights: give both --recipe {LIVE} and --start FILE")
+    if start is not None:
+        if ONE_RECIPE.get(system.kind) is not SystemTrainer:
+            raise ValueError(f"{network} has no recipe {LIVE}: it is for unpaired, diverse and latent")
+        return lambda data, seed: LiveTrainer(data, network, start, seed)
     if system.kind in ONE_RECIPE:
         if recipe != "ours":
             raise ValueError(f"{network} has one recipe: leave --recipe out")

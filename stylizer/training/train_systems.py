@@ -14,6 +14,7 @@ from sim.torch_setup import set_up_torch
 from stylizer.data.dataset import MotionData
 from stylizer.data.domains import DomainBatch, LabelledSampler, as_inputs, labels_of, mean_poses
 from stylizer.data.sampler import measure_statistics
+from stylizer.systems.motion_puzzle.objective import Recipe
 from stylizer.systems.registry import all_networks
 from stylizer.systems.whole_body import WholeBody
 from stylizer.training.trainer import HELD_OUT_BATCHES, SECOND_MOMENT, Trainer, learning_rate_at
@@ -38,19 +39,12 @@ class SystemTrainer(Trainer):
         torch.manual_seed(seed)
         set_up_torch(one_thread=False)
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-        system, learned_from = all_networks()[network], data.split(held_out=False)
-        module = system.load_training()
-        labels = labels_of(learned_from)
-        config, self.recipe = replace(system.load_configs()[network], labels=labels), module.RECIPE
-        samplers = [
-            LabelledSampler(part, labels, config.window, seed) for part in (learned_from, data.split(held_out=True))
-        ]
-        self.sampler = samplers[0]
-        self.objective = module.Objective(config)
+        learned_from = data.split(held_out=False)
+        self.recipe, self.objective = self._begin(learned_from, network, seed)
         self.model = self.objective.system
-        self.model.set_statistics(*measure_statistics(LabelledSampler(learned_from, labels, config.window, seed)))
-        self.model.mean_poses.copy_(
-            mean_poses(self.model, LabelledSampler(learned_from, labels, config.window, seed), POSE_CHANNELS)
+        self.sampler, held_out = (
+            LabelledSampler(part, self.model.config.labels, self.model.config.window, seed)
+            for part in (learned_from, data.split(held_out=True))
         )
         self.objective.to(self.device)
         self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=self._averaged)
@@ -66,8 +60,19 @@ class SystemTrainer(Trainer):
             ],
             betas=(self.recipe.momentum, SECOND_MOMENT),
         )
-        self.held_out = [samplers[1].batch(self.recipe.batch) for _ in range(HELD_OUT_BATCHES)]
+        self.held_out = [held_out.batch(self.recipe.batch) for _ in range(HELD_OUT_BATCHES)]
         self.progress, self.step, self.spent, self.recent, self.rows = 0.0, 0, 0.0, [], []
+
+    def _begin(self, data: MotionData, network: str, seed: int) -> tuple[Recipe, Any]:
+        """The recipe, and the objective with a new network that knows the data's labels and statistics."""
+        system, labels = all_networks()[network], labels_of(data)
+        module, config = system.load_training(), replace(system.load_configs()[network], labels=labels)
+        objective = module.Objective(config)
+        objective.system.set_statistics(*measure_statistics(LabelledSampler(data, labels, config.window, seed)))
+        objective.system.mean_poses.copy_(
+            mean_poses(objective.system, LabelledSampler(data, labels, config.window, seed), POSE_CHANNELS)
+        )
+        return module.RECIPE, objective
 
     def update(self, progress: float) -> dict[str, float]:
         """One step of every phase that is on; progress 0..1 sets phases and learning rate. Returns the losses by

@@ -5,7 +5,7 @@ import math
 import time
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Mapping
 
 import numpy as np
 import torch
@@ -50,6 +50,7 @@ class Trainer:
     SAMPLER: type[Sampler] = Sampler
     INPUTS: type = Inputs  # of a batch, normalized, and of the parts that take the target's style
     OBJECTIVE: type[nn.Module] = Objective
+    origin: Mapping[str, str] = {}  # what else a weight file's header says of where it comes from
     AUTOCASTS = True  # whether losses are computed in bf16 where that is fast
     model: Scaled
     objective: nn.Module
@@ -190,6 +191,7 @@ class Trainer:
             command=command,
             commit=commit(),
             steps=str(self.step),
+            **self.origin,
         )
 
     def _averaged(self, average: torch.Tensor, value: torch.Tensor, count: torch.Tensor | int) -> torch.Tensor:

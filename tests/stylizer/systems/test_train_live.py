@@ -1,0 +1,87 @@
+"""The second lesson of the whole-body systems: what they give live becomes what they give with the future in view."""
+
+import numpy as np
+import pytest
+import torch
+
+from sim.io import tensor_file
+from stylizer.systems import checkpoint
+from stylizer.training import train_live
+from stylizer.training.train import make_trainer
+from stylizer.training.train_live import LiveTrainer
+from tests.stylizer.systems.conftest import TINY, model_of
+
+pytestmark = pytest.mark.usefixtures("tiny")
+
+
+@pytest.fixture(params=TINY)
+def trained(request, tmp_path):
+    """A weight file of a tiny system, and its network's name."""
+    path = tmp_path / f"{request.param}.safetensors"
+    checkpoint.save(model_of(request.param), path, licence="none")
+    return request.param, path
+
+
+def test_a_live_window_repeats_its_newest_sample():
+    model = model_of("latent")
+    samples = model.live_samples()
+    assert len(samples) == model.config.window and list(samples[: model.newest + 1]) == list(range(model.newest + 1))
+    assert set(samples[model.newest :]) == {model.newest} and len(samples) - 1 - model.newest == model.LOOK_AHEAD
+
+
+def test_it_learns_what_it_gave_with_the_future_in_view(trained, data, monkeypatch):
+    name, path = trained
+    trainer = LiveTrainer(data, name, path)
+    batch = trainer.sampler.batch(4)
+    trainer.sampler.batch = lambda size: batch
+    first = trainer.update(0.0)
+    assert first["window"] < 1e-5 < first["newest"], "it begins as its own teacher"
+    for _ in range(80):
+        last = trainer.update(0.0)
+    assert last["newest"] < 0.8 * first["newest"]
+
+
+def test_a_style_keeps_its_code(trained, data):
+    name, path = trained
+    trainer = LiveTrainer(data, name, path)
+    motion, domain = torch.randn(21, 3, trainer.model.config.window, 15), torch.tensor([0, 1, 0])
+    before = trainer.model.encode(motion, domain)
+    for _ in range(3):
+        trainer.update(0.0)
+    assert torch.equal(trainer.model.encode(motion, domain), before)
+    with torch.no_grad():
+        codes = before
+        moved = trainer.model.restyled(motion, codes).axes - trainer.objective.teacher.restyled(motion, codes).axes
+    assert moved.abs().max() > 0
+
+
+def test_the_header_says_what_it_went_on_from(trained, data, tmp_path):
+    name, path = trained
+    trainer = make_trainer(name, "live", path)(data, 1)
+    trainer.update(0.0)
+    trainer.save_weights(tmp_path / "new.safetensors", tmp_path, "command")
+    header, _ = checkpoint.read(tmp_path / "new.safetensors")
+    assert header["started_from"] == tensor_file.fingerprint(path)
+    kept = checkpoint.load(name, path.parent)[0]
+    assert np.array_equal(header["config"], checkpoint.read(path)[0]["config"]) and kept.KIND == header["model"]
+
+
+@pytest.mark.parametrize(
+    "network, recipe, start, message",
+    [
+        ("latent", "live", None, "give both --recipe live and --start FILE"),
+        ("latent", "ours", "latent.safetensors", "give both --recipe live and --start FILE"),
+        ("joints", "live", "latent.safetensors", "joints has no recipe live: it is for unpaired, diverse and latent"),
+        ("slim", "live", "latent.safetensors", "slim has no recipe live"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(network, recipe, start, message, tmp_path):
+    with pytest.raises(ValueError, match=message):
+        make_trainer(network, recipe, start and tmp_path / start)
+
+
+def test_weights_of_another_system_are_refused(data, tmp_path):
+    path = tmp_path / "latent.safetensors"
+    checkpoint.save(model_of("latent"), path, licence="none")
+    with pytest.raises(ValueError, match="holds weights of latent, not of diverse"):
+        train_live.LiveTrainer(data, "diverse", path)
