@@ -26,10 +26,10 @@ export class Input {
     this.touched = [0, 0]; // of the touch stick
     this.number = 0;
     this.last = "";
-    this.sent = new Map(); // number of an input -> when it was made
+    this.sent = new Map(); // number of an input that no frame has answered -> when its event came
     this.padDown = new Set();
     addEventListener("keydown", (event) => this.keyDown(event));
-    addEventListener("keyup", (event) => this.release(event.code));
+    addEventListener("keyup", (event) => this.release(event.code, event.timeStamp));
     addEventListener("blur", () => this.letGo());
     this.listen(canvas);
   }
@@ -41,17 +41,17 @@ export class Input {
     if (!action) return;
     event.preventDefault();
     if (event.repeat && !REPEATED.has(action)) return;
-    this.press(event.code, action);
+    this.press(event.code, action, event.timeStamp);
   }
 
-  press(control, action) {
+  press(control, action, when) {
     if (HELD.has(action)) this.down.set(control, action);
     else this.act(action);
-    this.tell();
+    this.tell(when);
   }
 
-  release(control) {
-    if (this.down.delete(control)) this.tell();
+  release(control, when) {
+    if (this.down.delete(control)) this.tell(when);
   }
 
   letGo() {
@@ -60,8 +60,8 @@ export class Input {
     this.tell();
   }
 
-  // Tells the server what is held and where the camera looks, if that has changed.
-  tell() {
+  // Tells the server what is held and where the camera looks, if that has changed; when: the event came.
+  tell(when = performance.now()) {
     const round = (value) => Math.round(value * 1e4) / 1e4;
     const said = {
       held: [...new Set(this.down.values())].sort(),
@@ -73,10 +73,10 @@ export class Input {
     if (text === this.last) return;
     this.last = text;
     this.number += 1;
-    if (this.send({ n: this.number, ...said })) this.sent.set(this.number, performance.now());
+    if (this.send({ n: this.number, ...said })) this.sent.set(this.number, when);
   }
 
-  // Milliseconds since the newest input that the server has answered was made, once for each.
+  // Milliseconds since the event of the newest input that the server has answered, once for each.
   answered(number) {
     const at = this.sent.get(number);
     for (const key of this.sent.keys()) if (key <= number) this.sent.delete(key);
@@ -161,12 +161,12 @@ export class Input {
       at = at.map((share) => share / length);
       this.touched = at;
       knob.style.transform = `translate(${at[0] * 34}px, ${-at[1] * 34}px)`;
-      this.tell();
+      this.tell(event.timeStamp);
     };
-    const end = () => {
+    const end = (event) => {
       this.touched = [0, 0];
       knob.style.transform = "";
-      this.tell();
+      this.tell(event.timeStamp);
     };
     disc.addEventListener("pointerdown", (event) => {
       disc.setPointerCapture(event.pointerId);
@@ -180,9 +180,9 @@ export class Input {
   listenHold(button, action) {
     button.addEventListener("pointerdown", (event) => {
       button.setPointerCapture(event.pointerId);
-      this.press(button, action);
+      this.press(button, action, event.timeStamp);
     });
-    for (const kind of ["pointerup", "pointercancel"]) button.addEventListener(kind, () => this.release(button));
+    for (const kind of ["pointerup", "pointercancel"]) button.addEventListener(kind, (event) => this.release(button, event.timeStamp));
     button.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 }

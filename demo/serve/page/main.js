@@ -11,7 +11,8 @@ import { Scene, toPixels } from "./scene.js";
 
 const NARROW = 720; // pixels of width up to which panels lie under the picture, see style.css
 const REACH = 34; // pixels from a bone within which a tap means its part
-const SLOW = 25, LEAST_SHARP = 0.5; // pictures a second under which fewer pixels are drawn
+const SLOW = 25; // pictures a second under which fewer pixels are drawn, and no picture waits for another to be drawn
+const LEAST_SHARP = 0.5;
 const PAST_FRAMES = 30, PAST_STEP = 6; // of the last half second, and every which of them is drawn
 const FIGURES_SECONDS = 0.25, GLOW_SECONDS = 0.5, ATTRACT_ORBIT = 0.12;
 const find = (id) => document.getElementById(id);
@@ -54,6 +55,7 @@ class Page {
     this.frame = this.state = this.ground = null;
     this.glowing = {}; // part -> when it was picked
     this.sharpness = 1; // share of the screen's own pixels that are drawn: less where drawing takes too long
+    this.isSlow = false;
     this.pictures = 0;
     this.counts = { pictures: 0, bytes: 0, since: performance.now(), delay: null, frames: 0 };
     this.listen();
@@ -224,7 +226,7 @@ class Page {
     requestAnimationFrame((next) => this.draw(next));
     const seconds = Math.min((now - this.last) / 1000, 0.1), { frame, state, camera } = this;
     this.last = now;
-    if (!frame || !state) return;
+    if (!frame || !state || (this.isSlow && this.scene.isBusy)) return;
     if (!this.drawn) document.body.classList.add("drawn");
     if (!this.drawn) tell("");
     const canvas = find("scene"); // a canvas that gets another size is empty: only now, as it is drawn anew
@@ -252,7 +254,8 @@ class Page {
     counts.pictures += 1;
     this.pictures += 1;
     if (seconds < FIGURES_SECONDS) return;
-    if (counts.pictures / seconds < SLOW && this.sharpness > LEAST_SHARP && !document.hidden) {
+    this.isSlow = counts.pictures / seconds < SLOW;
+    if (this.isSlow && this.sharpness > LEAST_SHARP && !document.hidden) {
       this.sharpness = Math.max(LEAST_SHARP, this.sharpness * 0.8);
       this.resize();
     }

@@ -31,7 +31,7 @@ const NOTHING = "#version 300 es\nprecision highp float;\nvoid main() {}";
 
 export class Scene {
   constructor(canvas, world, figure, skeleton) {
-    const gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
+    const gl = makeContext(canvas);
     if (!gl) throw new Error("this browser has no WebGL 2: turn hardware acceleration on, or use a newer one");
     const of = world.shaders, program = (vertex, fragment) => new Program(gl, of[vertex], of[fragment]);
     Object.assign(this, { gl, canvas, world, skeleton });
@@ -61,7 +61,13 @@ export class Scene {
     this.character = null; // the user's own, drawn in place of the figure
     this.tints = null;
     this.ground = null;
+    this.fence = null; // behind all that the last picture asks of the card
     gl.disable(gl.DITHER);
+  }
+
+  // Whether the card still draws the last picture.
+  get isBusy() {
+    return this.fence !== null && this.gl.getSyncParameter(this.fence, this.gl.SYNC_STATUS) !== this.gl.SIGNALED;
   }
 
   // What one figure needs on the card: its skins with buffers for where their corners are, and its picture.
@@ -128,6 +134,8 @@ export class Scene {
     seen.past = (seen.past ?? []).map((each) => this.skeleton.pose(each));
     this.lines.draw(linesOf(this.world, this.heights, height / 720, solid, frame, seen), values);
     gl.bindVertexArray(null);
+    gl.deleteSync(this.fence);
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     return { poses, worldToClip };
   }
 
@@ -323,6 +331,16 @@ export class Scene {
   solid(on) {
     for (const what of [this.gl.DEPTH_TEST, this.gl.CULL_FACE]) on ? this.gl.enable(what) : this.gl.disable(what);
   }
+}
+
+// Smooth outlines only where a graphics card draws: for a processor they cost more than all else of the picture. See
+// demo/render/quality.py.
+function makeContext(canvas) {
+  const probe = document.createElement("canvas").getContext("webgl2");
+  const renderer = probe?.getParameter(probe.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? probe.RENDERER);
+  probe?.getExtension("WEBGL_lose_context")?.loseContext();
+  const antialias = !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(renderer);
+  return canvas.getContext("webgl2", { antialias, alpha: false, powerPreference: "high-performance" });
 }
 
 // Pixels of places in a picture, with how far off they are.
