@@ -132,7 +132,7 @@ export class Panel {
     find("presets").replaceChildren(...this.world.slots.map((slot) => {
       const [name, colours] = presets[slot] ?? ["", []];
       const stripes = element("span", { className: "stripes" }, ...colours.map((each) => element("i", { style: `background:${each}` })));
-      const made = element("button", { onclick: () => this.act(`preset_${slot}`), title: "right click or hold: save here" },
+      const made = element("button", { onclick: () => this.act(`preset_${slot}`), title: `${name || "empty"}; right click or hold: save here` },
         stripes, element("span", {}, name || `${slot}: hold to save`));
       onHold(made, () => this.act(`save_${slot}`));
       return made;
@@ -172,7 +172,6 @@ export class Panel {
       made.classList.toggle("on", made.dataset.seen === "twin" ? Boolean(state.twin) : made.dataset.seen === "pace" ? state.pace : state.seen.includes(made.dataset.seen));
     find("crouch-toggle").classList.toggle("on", state.crouching);
     find("title").hidden = !state.playing || state.replaying;
-    document.body.classList.toggle("looked-into", ["times", "phase", "attention"].some((name) => state.seen.includes(name)));
     if (before?.blending !== state.blending) this.showStyles();
     else this.lightStyle();
   }
