@@ -47,21 +47,21 @@ export class Input {
   press(control, action, when) {
     if (HELD.has(action)) this.down.set(control, action);
     else this.act(action);
-    this.tell(when);
+    this.sendHeld(when);
   }
 
   release(control, when) {
-    if (this.down.delete(control)) this.tell(when);
+    if (this.down.delete(control)) this.sendHeld(when);
   }
 
   letGo() {
     this.down.clear();
     this.touched = [0, 0];
-    this.tell();
+    this.sendHeld();
   }
 
   // Tells the server what is held and where the camera looks, if that has changed; when: the event came.
-  tell(when = performance.now()) {
+  sendHeld(when = performance.now()) {
     const round = (value) => Math.round(value * 1e4) / 1e4;
     const said = {
       held: [...new Set(this.down.values())].sort(),
@@ -88,7 +88,7 @@ export class Input {
     const pad = [...(navigator.getGamepads?.() ?? [])].find((each) => each?.connected && each.mapping === "standard");
     this.padStick = this.padLook = null;
     if (pad) this.readPad(pad, seconds);
-    this.tell();
+    this.sendHeld();
   }
 
   readPad(pad, seconds) {
@@ -161,12 +161,12 @@ export class Input {
       at = at.map((share) => share / length);
       this.touched = at;
       knob.style.transform = `translate(${at[0] * 34}px, ${-at[1] * 34}px)`;
-      this.tell(event.timeStamp);
+      this.sendHeld(event.timeStamp);
     };
     const end = (event) => {
       this.touched = [0, 0];
       knob.style.transform = "";
-      this.tell(event.timeStamp);
+      this.sendHeld(event.timeStamp);
     };
     disc.addEventListener("pointerdown", (event) => {
       disc.setPointerCapture(event.pointerId);
