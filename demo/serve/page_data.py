@@ -48,6 +48,7 @@ def world(bindings: Bindings, grounds: tuple[str, ...]) -> bytes:
         "diagram": _diagram(),
         "keys": {**{name: keys for name, (_, keys) in OWN_KEYS.items()}, **bindings.keys},
         "pad": bindings.pad,
+        "held": sorted(HELD),
         "help": _help(bindings),
         "own": OWN,
         "slots": list(SLOTS),

@@ -7,7 +7,6 @@ const BUTTONS = (
   "a b x y leftshoulder rightshoulder lefttrigger righttrigger back start leftstick rightstick " +
   "dpad_up dpad_down dpad_left dpad_right"
 ).split(" ");
-const HELD = new Set("forward left back right run crouch face_left face_right compare".split(" "));
 const REPEATED = new Set("stronger weaker style_next style_previous zoom_in zoom_out".split(" "));
 const NAMES = {
   " ": "space", ArrowUp: "up", ArrowDown: "down", ArrowLeft: "left", ArrowRight: "right", Enter: "return",
@@ -22,6 +21,7 @@ export class Input {
     Object.assign(this, { camera, act, send, tap });
     this.keys = lookup(world.keys);
     this.pad = lookup(world.pad);
+    this.held = new Set(world.held); // actions that count while they are held
     this.down = new Map(); // key, button or pad control that is down -> its action
     this.touched = [0, 0]; // of the touch stick
     this.number = 0;
@@ -45,7 +45,7 @@ export class Input {
   }
 
   press(control, action, when) {
-    if (HELD.has(action)) this.down.set(control, action);
+    if (this.held.has(action)) this.down.set(control, action);
     else this.act(action);
     this.sendHeld(when);
   }
@@ -88,6 +88,7 @@ export class Input {
     const pad = [...(navigator.getGamepads?.() ?? [])].find((each) => each?.connected && each.mapping === "standard");
     this.padStick = this.padLook = null;
     if (pad) this.readPad(pad, seconds);
+    else this.letGoPad();
     this.sendHeld();
   }
 
@@ -113,6 +114,12 @@ export class Input {
       else if (action === "face") this.padLook = at;
       else if (action === "orbit") this.camera.orbit(-at[0] * ORBIT_RATE * seconds, -at[1] * ORBIT_RATE * seconds);
     }
+  }
+
+  // It is unplugged: nothing on it is held any more.
+  letGoPad() {
+    for (const control of this.padDown) this.release(control);
+    this.padDown.clear();
   }
 
   // ---- pointers on the picture: drag to orbit, pinch or wheel to zoom, tap to pick ---------------
