@@ -175,6 +175,8 @@ class Page {
     addEventListener("resize", () => this.resize());
     find("scene").addEventListener("webglcontextlost", () => showNotice("The graphics card stopped drawing: load the page anew."));
     document.addEventListener("visibilitychange", () => this.send({ hidden: document.hidden }));
+    // Space and Enter are keys of ours: a button that was clicked does not take them.
+    addEventListener("click", ({ detail, target }) => detail && target.closest("button")?.blur());
     addEventListener("dragover", (event) => event.preventDefault());
     addEventListener("drop", (event) => {
       event.preventDefault();
