@@ -97,8 +97,7 @@ async def _serve(server: "Server") -> None:
         raise ValueError(
             f"cannot serve at {server.host}, port {server.port}: {error.strerror or error}; try another --port"
         ) from None
-    shown = f"[{server.host}]" if ":" in server.host else server.host
-    print(f"Open http://{shown}:{server.port} (Ctrl + C ends it).", flush=True)
+    print(f"Open {server.address} (Ctrl + C ends it).", flush=True)
     if not is_loopback(server.host):
         print("Everybody who can reach this machine can steer there and see your styles.", flush=True)
     try:

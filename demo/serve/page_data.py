@@ -48,6 +48,7 @@ def world(bindings: Bindings, grounds: tuple[str, ...]) -> bytes:
         "diagram": _diagram(),
         "keys": {**{name: keys for name, (_, keys) in OWN_KEYS.items()}, **bindings.keys},
         "pad": bindings.pad,
+        "held": sorted(HELD),
         "help": _help(bindings),
         "own": OWN,
         "slots": list(SLOTS),
@@ -78,7 +79,8 @@ def _help(bindings: Bindings) -> list[tuple[str, str]]:
     """What the page can do, and its keys; a browser keeps Ctrl with a digit to itself."""
     done = {*DONE, *HELD, *PRESSED, *BY_PAGE}
     able = [control for control in CONTROLS if any(actions.parse(action)[0] in done for action in control.keys)]
-    rows = [(control.help, bindings.shown(*control.keys).replace("Ctrl", "Alt")) for control in able]
+    shown = [(control.help, bindings.shown(*control.keys).replace("Ctrl", "Alt")) for control in able]
+    rows = [(help, keys) for help, keys in shown if keys]  # the rest is on the panels alone
     return rows + [(help, ", ".join(key.upper() for key in keys)) for help, keys in OWN_KEYS.values()]
 
 

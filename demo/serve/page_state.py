@@ -1,17 +1,49 @@
-"""What a page is told of its visitor: what is chosen and seen, the styles that there are, and the presets."""
+"""What a page is told of its visitor: what is chosen and seen, the styles that there are, and the presets; and once,
+sentences and files."""
 
+import json
 from typing import TYPE_CHECKING, Any, Sequence
 
 from demo.figure.colours import part_colours, style_colour, worn
+from demo.serve import attention
 
 if TYPE_CHECKING:
     from demo.serve.visitor import Visitor
 
 
-def tell(visitor: "Visitor") -> dict[str, Any]:
-    """All of it, by its kind."""
-    told = {"state": _state(visitor), "styles": _styles(visitor), "presets": _presets(visitor)}
-    return told | ({"attention": visitor.attention} if visitor.attention else {})
+TOLD_FRAMES = 6  # the page is told of changes that nobody asked for once in so many frames
+
+
+class PageMessages:
+    """What waits to be told to a page, and what it was told last."""
+
+    def __init__(self) -> None:
+        self._waiting: list[str] = []
+        self._told: dict[str, str] = {}  # by its kind
+        self._attention: dict[str, Any] = {}
+        self._attention_at = -1  # in TOLD_FRAMES, when the attention map was computed last
+
+    def add(self, **content: Any) -> None:
+        """A message that is told once."""
+        self._waiting.append(json.dumps(content))
+
+    def take(self, visitor: "Visitor") -> list[str]:
+        """The messages (JSON) since the last call: those that wait, and of the visitor's state what has changed."""
+        messages, self._waiting = self._waiting, []
+        for kind, content in self._shown(visitor).items():
+            text = json.dumps({kind: content})
+            if self._told.get(kind) != text:
+                self._told[kind] = text
+                messages.append(text)
+        return messages
+
+    def _shown(self, visitor: "Visitor") -> dict[str, Any]:
+        """All that a page shows, by its kind."""
+        if self._attention_at != visitor.frames // TOLD_FRAMES:
+            self._attention_at = visitor.frames // TOLD_FRAMES
+            self._attention = attention.look(visitor) if "attention" in visitor.seen and visitor.frame else {}
+        told = {"state": _state(visitor), "styles": _styles(visitor), "presets": _presets(visitor)}
+        return told | ({"attention": self._attention} if self._attention else {})
 
 
 def to_hex(colour: Sequence[float]) -> str:

@@ -68,6 +68,12 @@ class Server:
         self.port = self._runner.addresses[0][1]
         await self.pool.start()
 
+    @property
+    def address(self) -> str:
+        """Where a browser opens it."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"http://{host}:{self.port}"
+
     async def stop(self) -> None:
         """Closes the port and ends the workers."""
         await self._runner.cleanup()

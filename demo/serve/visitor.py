@@ -1,7 +1,6 @@
 """One visitor: a session of its own, what is chosen and held, and what is said to the page. It takes the actions of
 demo.live.actions that need no window, as the window does."""
 
-import json
 import shutil
 import time
 from pathlib import Path
@@ -14,10 +13,10 @@ from demo.figure.colours import worn
 from demo.live import actions, capture, users_styles
 from demo.live.drop_import import DropImport
 from demo.render.view import View
-from demo.serve import attention, packet, page_state, recordings
-from demo.serve.model_file import Bones
+from demo.serve import packet, recordings
 from demo.serve.options import DROP
-from demo.serve.packing import Packing
+from demo.serve.packing import Packed, Packing
+from demo.serve.page_state import PageMessages
 from demo.serve.remote_input import PRESSED, RemoteInput
 from demo.state.grounds import Grounds
 from demo.state.presets import Presets
@@ -43,7 +42,6 @@ DONE = (  # the actions of demo.live.actions that a page may ask for
 ).split()
 ALONE = frozenset({"stylizer_next", "reroll"})  # what one of a crowd cannot have for itself
 EXPORTED = ("bvh", "glb", "poses")  # no video: the page draws, not this machine
-TOLD_FRAMES = 6  # the page is told of changes that nobody asked for once in so many frames
 Place = tuple[Session[Any], int]  # a crowd, and who of it
 WAKING = frozenset({*PRESSED, *DONE, "export", "replay"})
 
@@ -76,10 +74,8 @@ class Visitor:
         self.drop_import = DropImport(lambda: session.stylizer)
         self.inset = SimpleNamespace(play=lambda clip, name: None)
         self.own: DrawnCharacter | None = None  # the user's character, shown or not
-        self._bones: Bones | None = None  # of the character that is seen
         self._packing = Packing()
         self.seen = {"contacts"}
-        self.attention: dict[str, Any] = {}  # what the page is told of it, none where it is not seen
         self.clock = time.monotonic
         self.pace = True
         self.asked = "", 0.0  # what is done if it is asked for again until then (demo.live.confirm)
@@ -96,9 +92,7 @@ class Visitor:
         self.replaying = False
         self._folder = folder
         self._drops: set[Path] = set()  # folders of dropped files
-        self._said: list[dict[str, Any]] = []
-        self._looked_at = -1
-        self._told: dict[str, str] = {}  # what the page was told last, by its kind
+        self._messages = PageMessages()
         if character:
             self._packing.begin(character)
 
@@ -181,7 +175,7 @@ class Visitor:
 
     def say(self, text: str, colour: Colour = INK) -> None:
         """Shows a sentence on the page."""
-        self._said.append({"say": text, "alert": colour != INK})
+        self._messages.add(say=text, alert=colour != INK)
 
     def glow(self) -> None:
         """The page lights the picked parts by itself."""
@@ -204,7 +198,6 @@ class Visitor:
         figure."""
         self.own = own or self.own
         self.view.dress(None)
-        self._bones = None
         self._packing.drop()
         if own:
             self._packing.begin(own)
@@ -212,13 +205,13 @@ class Visitor:
     def model(self) -> bytes | None:
         """The model of a character that the page shows from now on, once."""
         result = self._packing.finished()
-        if isinstance(result, str):
+        if isinstance(result, Packed):
+            self.own = result.drawn
+            self.view.dress(self.own, self.frame)
+            return result.model
+        if result:
             self.say(result, ALERT)
-        if result is None or isinstance(result, str):
-            return None
-        self.own, self._bones, model = result
-        self.view.dress(self.own, self.frame)
-        return model
+        return None
 
     @property
     def shown(self) -> Character | None:
@@ -315,13 +308,8 @@ class Visitor:
             bool(self.view.twin),
             paths,
             self.session.ground,
-            self._character_bones(),
+            self._packing.pose(self.view.character, self.frame.styled.root_position),
         )
-
-    def _character_bones(self) -> bytes:
-        if self._bones is None or self.view.character is None or self.frame is None:
-            return b""
-        return self._bones.packed(self.view.character.newest, self.frame.styled.root_position)
 
     def close(self) -> None:
         """The page is gone: a recording ends, whole, and what was dropped goes."""
@@ -334,27 +322,15 @@ class Visitor:
     def told(self) -> list[str]:
         """Messages (JSON) for the page: what has changed since the last call."""
         before = self.choice.styles
-        if self._looked_at != self.frames // TOLD_FRAMES:
-            self._looked_at = self.frames // TOLD_FRAMES
-            self.attention = attention.look(self) if "attention" in self.seen and self.frame else {}
         capture.apply_learned(self._live)
         self.changed |= self.choice.styles != before
-        self._show(self.takes.finished())
-        messages = [json.dumps(said) for said in self._said]
-        self._said.clear()
-        if self.recorder is None:
-            messages += [json.dumps({"file": path.name}) for path in self.files]
-            self.recorded = next((path for path in self.files if path.suffix == ".jsonl"), self.recorded)
-            self.files.clear()
-        for kind, content in page_state.tell(self).items():
-            text = json.dumps({kind: content})
-            if self._told.get(kind) != text:
-                self._told[kind] = text
-                messages.append(text)
-        return messages
-
-    def _show(self, written: export_jobs.Written | None) -> None:
-        if written:
+        if written := self.takes.finished():
             self.files += written.files
             for problem in written.problems:
                 self.say(problem)
+        if self.recorder is None:
+            for path in self.files:
+                self._messages.add(file=path.name)
+            self.recorded = next((path for path in self.files if path.suffix == ".jsonl"), self.recorded)
+            self.files.clear()
+        return self._messages.take(self)

@@ -11,7 +11,8 @@ from typing import Any, Callable, Iterator
 
 from demo import assemble
 from demo.serve.options import A_WORKER, Options, own_folder
-from demo.serve.visitor import TOLD_FRAMES, Place, Visitor
+from demo.serve.page_state import TOLD_FRAMES
+from demo.serve.visitor import Place, Visitor
 from demo.state import characters
 from demo.state.grounds import ground_of
 from sim.command import Command, Commands

@@ -9,6 +9,8 @@ import asyncio
 import json
 import random
 import time
+from contextlib import asynccontextmanager
+from typing import AsyncIterator
 
 import numpy as np
 from aiohttp import ClientSession, WSMsgType
@@ -17,6 +19,7 @@ from demo.serve import packet
 from demo.serve.options import A_WORKER, Options
 from demo.serve.server import Server
 from demo.state.bindings import DEFAULT
+from sim.ground.catalogue import FLAT
 from sim.io.provenance import SHIPPED
 from stylizer.styles.style_names import style_files
 
@@ -56,33 +59,39 @@ async def visit(
                     await page.send_json({"do": action})
 
 
+@asynccontextmanager
+async def serving(count: int) -> AsyncIterator[Server]:
+    """A server with room for so many visitors, on any free port of this machine."""
+    server = Server("127.0.0.1", 0, count, Options(None, FLAT), DEFAULT)
+    await server.start()
+    try:
+        yield server
+    finally:
+        await server.stop()
+
+
 async def measure(count: int, seconds: float) -> dict:
     """What comes of so many visitors in so many seconds."""
-    server = Server("127.0.0.1", 0, count, Options(None, "flat"), DEFAULT)
-    await server.start()
     names = sorted(style_files(SHIPPED))
     counts: dict[int, list[int]] = {}
     answered: list[int] = []  # frames from an input to the first that knows of it
-    try:
-        async with ClientSession() as session:
-            visits = [
-                asyncio.create_task(visit(session, f"http://127.0.0.1:{server.port}", number, counts, names, answered))
-                for number in range(count)
-            ]
-            await asyncio.sleep(SETTLE)
-            while len(counts) < count:
-                await asyncio.sleep(0.1)
-            await server.pool.report()
-            before, start, own = {n: list(c) for n, c in counts.items()}, time.perf_counter(), time.process_time()
-            await asyncio.sleep(seconds)
-            passed, worked = time.perf_counter() - start, time.process_time() - own
-            reports = await server.pool.report()
-            rates = [(np.array(counts[n]) - before[n]) / passed for n in counts]
-            for each in visits:
-                each.cancel()
-            await asyncio.gather(*visits, return_exceptions=True)
-    finally:
-        await server.stop()
+    async with serving(count) as server, ClientSession() as session:
+        visits = [
+            asyncio.create_task(visit(session, server.address, number, counts, names, answered))
+            for number in range(count)
+        ]
+        await asyncio.sleep(SETTLE)
+        while len(counts) < count:
+            await asyncio.sleep(0.1)
+        await server.pool.report()
+        before, start, own = {n: list(c) for n, c in counts.items()}, time.perf_counter(), time.process_time()
+        await asyncio.sleep(seconds)
+        passed, worked = time.perf_counter() - start, time.process_time() - own
+        reports = await server.pool.report()
+        rates = [(np.array(counts[n]) - before[n]) / passed for n in counts]
+        for each in visits:
+            each.cancel()
+        await asyncio.gather(*visits, return_exceptions=True)
     turns = np.concatenate([np.array(turns) for turns, _ in reports])
     percentiles = 1e3 * np.percentile(turns, (50, 95, 99), axis=0)
     return {

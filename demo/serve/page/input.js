@@ -7,7 +7,6 @@ const BUTTONS = (
   "a b x y leftshoulder rightshoulder lefttrigger righttrigger back start leftstick rightstick " +
   "dpad_up dpad_down dpad_left dpad_right"
 ).split(" ");
-const HELD = new Set("forward left back right run crouch face_left face_right compare".split(" "));
 const REPEATED = new Set("stronger weaker style_next style_previous zoom_in zoom_out".split(" "));
 const NAMES = {
   " ": "space", ArrowUp: "up", ArrowDown: "down", ArrowLeft: "left", ArrowRight: "right", Enter: "return",
@@ -22,14 +21,15 @@ export class Input {
     Object.assign(this, { camera, act, send, tap });
     this.keys = lookup(world.keys);
     this.pad = lookup(world.pad);
+    this.held = new Set(world.held); // actions that count while they are held
     this.down = new Map(); // key, button or pad control that is down -> its action
     this.touched = [0, 0]; // of the touch stick
     this.number = 0;
     this.last = "";
-    this.sent = new Map(); // number of an input -> when it was made
+    this.sent = new Map(); // number of an input that no frame has answered -> when its event came
     this.padDown = new Set();
     addEventListener("keydown", (event) => this.keyDown(event));
-    addEventListener("keyup", (event) => this.release(event.code));
+    addEventListener("keyup", (event) => this.release(event.code, event.timeStamp));
     addEventListener("blur", () => this.letGo());
     this.listen(canvas);
   }
@@ -41,27 +41,27 @@ export class Input {
     if (!action) return;
     event.preventDefault();
     if (event.repeat && !REPEATED.has(action)) return;
-    this.press(event.code, action);
+    this.press(event.code, action, event.timeStamp);
   }
 
-  press(control, action) {
-    if (HELD.has(action)) this.down.set(control, action);
+  press(control, action, when) {
+    if (this.held.has(action)) this.down.set(control, action);
     else this.act(action);
-    this.tell();
+    this.sendHeld(when);
   }
 
-  release(control) {
-    if (this.down.delete(control)) this.tell();
+  release(control, when) {
+    if (this.down.delete(control)) this.sendHeld(when);
   }
 
   letGo() {
     this.down.clear();
     this.touched = [0, 0];
-    this.tell();
+    this.sendHeld();
   }
 
-  // Tells the server what is held and where the camera looks, if that has changed.
-  tell() {
+  // Tells the server what is held and where the camera looks, if that has changed; when: the event came.
+  sendHeld(when = performance.now()) {
     const round = (value) => Math.round(value * 1e4) / 1e4;
     const said = {
       held: [...new Set(this.down.values())].sort(),
@@ -73,10 +73,10 @@ export class Input {
     if (text === this.last) return;
     this.last = text;
     this.number += 1;
-    if (this.send({ n: this.number, ...said })) this.sent.set(this.number, performance.now());
+    if (this.send({ n: this.number, ...said })) this.sent.set(this.number, when);
   }
 
-  // Milliseconds since the newest input that the server has answered was made, once for each.
+  // Milliseconds since the event of the newest input that the server has answered, once for each.
   answered(number) {
     const at = this.sent.get(number);
     for (const key of this.sent.keys()) if (key <= number) this.sent.delete(key);
@@ -88,7 +88,8 @@ export class Input {
     const pad = [...(navigator.getGamepads?.() ?? [])].find((each) => each?.connected && each.mapping === "standard");
     this.padStick = this.padLook = null;
     if (pad) this.readPad(pad, seconds);
-    this.tell();
+    else this.letGoPad();
+    this.sendHeld();
   }
 
   readPad(pad, seconds) {
@@ -113,6 +114,12 @@ export class Input {
       else if (action === "face") this.padLook = at;
       else if (action === "orbit") this.camera.orbit(-at[0] * ORBIT_RATE * seconds, -at[1] * ORBIT_RATE * seconds);
     }
+  }
+
+  // It is unplugged: nothing on it is held any more.
+  letGoPad() {
+    for (const control of this.padDown) this.release(control);
+    this.padDown.clear();
   }
 
   // ---- pointers on the picture: drag to orbit, pinch or wheel to zoom, tap to pick ---------------
@@ -161,12 +168,12 @@ export class Input {
       at = at.map((share) => share / length);
       this.touched = at;
       knob.style.transform = `translate(${at[0] * 34}px, ${-at[1] * 34}px)`;
-      this.tell();
+      this.sendHeld(event.timeStamp);
     };
-    const end = () => {
+    const end = (event) => {
       this.touched = [0, 0];
       knob.style.transform = "";
-      this.tell();
+      this.sendHeld(event.timeStamp);
     };
     disc.addEventListener("pointerdown", (event) => {
       disc.setPointerCapture(event.pointerId);
@@ -180,9 +187,9 @@ export class Input {
   listenHold(button, action) {
     button.addEventListener("pointerdown", (event) => {
       button.setPointerCapture(event.pointerId);
-      this.press(button, action);
+      this.press(button, action, event.timeStamp);
     });
-    for (const kind of ["pointerup", "pointercancel"]) button.addEventListener(kind, () => this.release(button));
+    for (const kind of ["pointerup", "pointercancel"]) button.addEventListener(kind, (event) => this.release(button, event.timeStamp));
     button.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 }

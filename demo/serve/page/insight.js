@@ -1,14 +1,12 @@
 // What can be seen inside: times of the stages, the phase of the stride, the attention map.
 
-import { element } from "./panel.js";
+import { element, find } from "./dom.js";
 
 const STAGES = { controller: "controller", features: "features", stylizer: "stylizer", foot_lock: "foot lock", frame: "frame" };
 const FRAME_MS = 16.7;
-const find = (id) => document.getElementById(id);
 
 export class Insight {
-  constructor(world) {
-    this.world = world;
+  constructor() {
     this.lamps = find("lamps").querySelectorAll("i");
   }
 
@@ -17,9 +15,11 @@ export class Insight {
   }
 
   setTimes(times) {
-    find("stages").replaceChildren(...Object.entries(STAGES).filter(([name]) => name in times).map(([name, label]) =>
-      element("div", {}, element("span", {}, label),
-        element("i", { style: `width:${Math.min(100, (times[name] / FRAME_MS) * 100)}%` }), element("b", {}, times[name].toFixed(1)))));
+    const row = ([name, label]) => {
+      const bar = element("i", { style: `width:${Math.min(100, (times[name] / FRAME_MS) * 100)}%` });
+      return element("div", {}, element("span", {}, label), bar, element("b", {}, times[name].toFixed(1)));
+    };
+    find("stages").replaceChildren(...Object.entries(STAGES).filter(([name]) => name in times).map(row));
   }
 
   // Of a frame: a hand that goes round once a stride, and a lamp for each joint that is on the ground.

@@ -1,40 +1,22 @@
 // The page: loads what it needs from its server, then shows the newest frame that came over the socket in each picture.
 
 import { Camera } from "./camera.js";
+import { find } from "./dom.js";
 import { Film } from "./film.js";
 import { Heights } from "./ground.js";
 import { Input } from "./input.js";
 import { Insight } from "./insight.js";
+import { load, readModel } from "./model.js";
 import { Panel } from "./panel.js";
 import { readPacket, Skeleton } from "./poses.js";
 import { Scene, toPixels } from "./scene.js";
 
 const NARROW = 720; // pixels of width up to which panels lie under the picture, see style.css
 const REACH = 34; // pixels from a bone within which a tap means its part
-const SLOW = 25, LEAST_SHARP = 0.5; // pictures a second under which fewer pixels are drawn
+const SLOW = 25; // pictures a second under which fewer pixels are drawn, and no picture waits for another to be drawn
+const LEAST_SHARP = 0.5;
 const PAST_FRAMES = 30, PAST_STEP = 6; // of the last half second, and every which of them is drawn
 const FIGURES_SECONDS = 0.25, GLOW_SECONDS = 0.5, ATTRACT_ORBIT = 0.12;
-const find = (id) => document.getElementById(id);
-
-async function load(path) {
-  const response = await fetch(path);
-  if (!response.ok) throw new Error(`the server did not give ${path}: load the page anew`);
-  return response;
-}
-
-// A model as the server packed it: skins, the bones of the pose that they are made in, its picture.
-async function readModel(bytes) {
-  const length = new DataView(bytes).getUint32(0, true), start = 4 + length;
-  const model = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, length)));
-  for (const part of Object.values(model))
-    for (const name in part) {
-      const [offset, size] = part[name], kind = { triangles: Uint32Array, png: Uint8Array }[name] ?? Float32Array;
-      part[name] = new kind(bytes, start + offset, size);
-    }
-  const options = { premultiplyAlpha: "none", colorSpaceConversion: "none" };
-  model.image = model.picture ? await createImageBitmap(new Blob([model.picture.png], { type: "image/png" }), options) : null;
-  return model;
-}
 
 class Page {
   constructor(world, figure) {
@@ -43,7 +25,7 @@ class Page {
     this.camera = new Camera(world.camera);
     this.scene = new Scene(canvas, world, figure, new Skeleton(world));
     this.panel = new Panel(world, (action) => this.act(action));
-    this.insight = new Insight(world);
+    this.insight = new Insight();
     this.film = new Film(canvas, (name, content) => this.download(name, URL.createObjectURL(content)));
     this.past = []; // frames, the newest first
     this.input = new Input(canvas, world, this.camera, {
@@ -54,6 +36,7 @@ class Page {
     this.frame = this.state = this.ground = null;
     this.glowing = {}; // part -> when it was picked
     this.sharpness = 1; // share of the screen's own pixels that are drawn: less where drawing takes too long
+    this.isSlow = false;
     this.pictures = 0;
     this.counts = { pictures: 0, bytes: 0, since: performance.now(), delay: null, frames: 0 };
     this.listen();
@@ -68,14 +51,14 @@ class Page {
   connect() {
     this.socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket`);
     this.socket.binaryType = "arraybuffer";
-    this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.hear(JSON.parse(data)) : this.take(data));
+    this.socket.onmessage = ({ data }) => (typeof data === "string" ? this.takeMessage(JSON.parse(data)) : this.takeFrame(data));
     this.socket.onclose = () => {
       if (this.refused) return;
-      tell("The connection to the server is lost: trying again …");
+      showNotice("The connection to the server is lost: trying again …");
       setTimeout(() => this.connect(), 1500);
     };
     this.socket.onopen = () => {
-      tell(this.drawn ? "" : "Starting your character …");
+      showNotice(this.drawn ? "" : "Starting your character …");
       this.input.last = "";
       if (document.hidden) this.send({ hidden: true });
     };
@@ -87,7 +70,7 @@ class Page {
     return true;
   }
 
-  take(bytes) {
+  takeFrame(bytes) {
     this.frame = readPacket(bytes, this.world.packet);
     this.past.unshift(this.frame);
     this.past.length = Math.min(this.past.length, PAST_FRAMES);
@@ -95,17 +78,17 @@ class Page {
     this.counts.bytes += bytes.byteLength;
   }
 
-  hear(said) {
+  takeMessage(said) {
     if (said.welcome) this.word = said.welcome;
     if (said.full) {
       this.refused = true;
-      tell(said.full);
+      showNotice(said.full);
     }
     if (said.say) this.panel.say(said.say, said.alert);
     if (said.styles) this.panel.setStyles(said.styles);
     if (said.presets) this.panel.setPresets(said.presets);
     if (said.file) this.save(said.file);
-    if (said.model) this.wear();
+    if (said.model) this.loadCharacter();
     if (said.state) this.setState(said.state);
     if (said.attention) this.insight.setAttention(said.attention, this.panel.colours);
   }
@@ -124,9 +107,9 @@ class Page {
     if (this.ground === name) this.scene.standOn(bytes.byteLength ? new Heights(bytes) : null);
   }
 
-  // The character's model is ready.
-  async wear() {
-    this.scene.wear(await readModel(await (await load(`/model/${this.word}`)).arrayBuffer()));
+  // The user's character is ready to be fetched.
+  async loadCharacter() {
+    this.scene.setCharacter(await readModel(await (await load(`/model/${this.word}`)).arrayBuffer()));
   }
 
   save(name) {
@@ -190,7 +173,10 @@ class Page {
 
   listen() {
     addEventListener("resize", () => this.resize());
+    find("scene").addEventListener("webglcontextlost", () => showNotice("The graphics card stopped drawing: load the page anew."));
     document.addEventListener("visibilitychange", () => this.send({ hidden: document.hidden }));
+    // Space and Enter are keys of ours: a button that was clicked does not take them.
+    addEventListener("click", ({ detail, target }) => detail && target.closest("button")?.blur());
     addEventListener("dragover", (event) => event.preventDefault());
     addEventListener("drop", (event) => {
       event.preventDefault();
@@ -224,9 +210,11 @@ class Page {
     requestAnimationFrame((next) => this.draw(next));
     const seconds = Math.min((now - this.last) / 1000, 0.1), { frame, state, camera } = this;
     this.last = now;
-    if (!frame || !state) return;
-    if (!this.drawn) document.body.classList.add("drawn");
-    if (!this.drawn) tell("");
+    if (!frame || !state || (this.isSlow && this.scene.isBusy)) return;
+    if (!this.drawn) {
+      document.body.classList.add("drawn");
+      showNotice("");
+    }
     const canvas = find("scene"); // a canvas that gets another size is empty: only now, as it is drawn anew
     if (!this.film.running && (canvas.width !== this.size[0] || canvas.height !== this.size[1]))
       [canvas.width, canvas.height] = this.size;
@@ -234,41 +222,52 @@ class Page {
     const [x, z] = [frame.root[0], frame.root[2]], [height, riseX, riseZ] = frame.plane;
     if (frame.playing && !state.replaying) camera.orbit(ATTRACT_ORBIT * seconds, 0);
     camera.follow([x, height + riseX * x + riseZ * z, z], seconds, this.scene.heights);
-    const glow = {};
-    for (const [part, at] of Object.entries(this.glowing)) glow[part] = Math.max(0, 1 - (now - at) / 1000 / GLOW_SECONDS);
-    const seen = { twin: frame.twin ? state.twin : "", glow };
-    for (const name of state.seen) seen[name] = true;
-    seen.past = seen.onion ? this.past.filter((_, i) => i && i % PAST_STEP === 0) : [];
-    this.drawn = this.scene.draw(frame, camera, seen);
-    if (seen.phase) this.insight.setPhase(frame);
+    this.drawn = this.scene.draw(frame, camera, this.shown(now));
+    if (state.seen.includes("phase")) this.insight.setPhase(frame);
     const delay = this.input.answered(frame.answers);
     if (delay !== null) this.counts.delay = delay;
     this.panel.setColours(this.scene.tints);
     this.count(now);
   }
 
+  // What is shown besides the character.
+  shown(now) {
+    const { frame, state } = this, glow = {};
+    for (const [part, at] of Object.entries(this.glowing)) glow[part] = Math.max(0, 1 - (now - at) / 1000 / GLOW_SECONDS);
+    const shown = { twin: frame.twin ? state.twin : "", glow };
+    for (const name of state.seen) shown[name] = true;
+    shown.past = shown.onion ? this.past.filter((_, i) => i && i % PAST_STEP === 0) : [];
+    return shown;
+  }
+
+  // Once a picture: what the line of figures says, four times a second.
   count(now) {
     const counts = this.counts, seconds = (now - counts.since) / 1000;
     counts.pictures += 1;
     this.pictures += 1;
     if (seconds < FIGURES_SECONDS) return;
-    if (counts.pictures / seconds < SLOW && this.sharpness > LEAST_SHARP && !document.hidden) {
+    this.isSlow = counts.pictures / seconds < SLOW;
+    if (this.isSlow && this.sharpness > LEAST_SHARP && !document.hidden) {
       this.sharpness = Math.max(LEAST_SHARP, this.sharpness * 0.8);
       this.resize();
     }
-    const times = Object.fromEntries(this.world.packet.timed.map((name, i) => [name, (this.frame.times[i] * this.world.packet.microseconds) / 1000]));
-    const figures = { frame: times.frame, delay: counts.delay, rate: counts.pictures / seconds, bytes: counts.bytes / seconds, poses: counts.frames / seconds };
-    this.figures = figures;
-    this.panel.setFigures(figures);
+    const { timed, microseconds } = this.world.packet, times = {};
+    timed.forEach((name, i) => (times[name] = (this.frame.times[i] * microseconds) / 1000));
+    const rate = (count) => counts[count] / seconds;
+    this.panel.setFigures({ frame: times.frame, delay: counts.delay, rate: rate("pictures"), bytes: rate("bytes"), poses: rate("frames") });
     if (this.state.seen.includes("times")) this.insight.setTimes(times);
     Object.assign(counts, { pictures: 0, bytes: 0, frames: 0, since: now });
   }
 }
 
-// A sentence over all, as long as there is nothing to see; none hides it.
-function tell(text) {
+// A sentence over the whole page, as long as there is nothing to see; an empty one hides it.
+function showNotice(text) {
   find("lost").hidden = !text;
   find("lost").querySelector("p").textContent = text;
+}
+
+function toggleHelp() {
+  find("help").hidden = !find("help").hidden;
 }
 
 // What the page does by itself.
@@ -289,8 +288,8 @@ const LOCAL = {
     find("dress").hidden = !find("dress").hidden;
     page.resize();
   },
-  help: () => (find("help").hidden = !find("help").hidden),
-  menu: () => (find("help").hidden = !find("help").hidden),
+  help: toggleHelp,
+  menu: toggleHelp,
   leave: () => (find("help").hidden = true),
   options: (page) => {
     find("options").classList.toggle("open");
@@ -321,5 +320,5 @@ try {
   window.page = new Page(world, figure);
 } catch (error) {
   console.error(error);
-  tell(error.message);
+  showNotice(error.message);
 }

@@ -1,21 +1,9 @@
 // The panels: the body to pick a part from, styles, strength, presets, what is said and how fast it goes.
 
-const SVG = "http://www.w3.org/2000/svg";
-
-export function element(tag, properties = {}, ...children) {
-  const made = tag.startsWith("svg:") ? document.createElementNS(SVG, tag.slice(4)) : document.createElement(tag);
-  for (const [name, value] of Object.entries(properties)) {
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-    else if (name in made && !tag.startsWith("svg:")) made[name] = value;
-    else made.setAttribute(name, value);
-  }
-  made.append(...children);
-  return made;
-}
+import { element, find } from "./dom.js";
 
 const readable = (part) => (part === "all" ? "whole body" : part.replace("_", " "));
 const percent = (share) => `${Math.round(share * 100)}%`;
-const find = (id) => document.getElementById(id);
 
 export class Panel {
   constructor(world, act) {
@@ -30,8 +18,9 @@ export class Panel {
     this.buildParts();
     for (const button of document.querySelectorAll("[data-do]"))
       button.addEventListener("click", () => act(button.dataset.do));
-    find("strength").addEventListener("input", (event) => act(`strength:${event.target.value / 150}`));
-    find("share").addEventListener("input", (event) => act(`share:${event.target.value / 100}`));
+    find("strength").max = 100 * world.max_strength;
+    find("strength").addEventListener("input", (event) => act(`strength:${event.target.value / event.target.max}`));
+    find("share").addEventListener("input", (event) => act(`share:${event.target.value / event.target.max}`));
     find("search").addEventListener("input", () => this.showStyles());
     find("search").addEventListener("keydown", (event) => this.searchKey(event));
     find("own").addEventListener("submit", (event) => {
@@ -68,7 +57,7 @@ export class Panel {
       return [part, { row, dot, style, strength }];
     }));
     for (const group of Object.keys(this.world.groups)) {
-      const made = element("button", { onclick: () => this.act(`pick_${group}`) }, group === "all" ? "all" : group);
+      const made = element("button", { onclick: () => this.act(`pick_${group}`) }, group);
       made.dataset.group = group;
       find("groups").append(made);
     }
@@ -129,19 +118,29 @@ export class Panel {
   }
 
   setPresets(presets) {
-    find("presets").replaceChildren(...this.world.slots.map((slot) => {
+    const button = (slot) => {
       const [name, colours] = presets[slot] ?? ["", []];
       const stripes = element("span", { className: "stripes" }, ...colours.map((each) => element("i", { style: `background:${each}` })));
-      const made = element("button", { onclick: () => this.act(`preset_${slot}`), title: "right click or hold: save here" },
+      const made = element("button", { onclick: () => this.act(`preset_${slot}`), title: `${name || "empty"}; right click or hold: save here` },
         stripes, element("span", {}, name || `${slot}: hold to save`));
       onHold(made, () => this.act(`save_${slot}`));
       return made;
-    }));
+    };
+    find("presets").replaceChildren(...this.world.slots.map(button));
   }
 
   setState(state) {
     const before = this.state;
     this.state = state;
+    this.showParts(state);
+    this.showControls(state);
+    find("title").hidden = !state.playing || state.replaying;
+    if (before?.blending !== state.blending) this.showStyles();
+    else this.lightStyle();
+  }
+
+  // The body: what each part has, and which are picked.
+  showParts(state) {
     const picked = new Set(state.playing && !state.replaying ? [] : state.parts);
     for (const part of this.world.parts) {
       const [name, strength, other, share] = state.style[part] ?? [], row = this.rows[part];
@@ -154,27 +153,30 @@ export class Panel {
     }
     find("picked").textContent = readable(state.picked);
     for (const made of find("groups").children) made.classList.toggle("on", made.dataset.group === state.picked);
-    find("style-tab").classList.toggle("on", !state.blending);
-    find("blend-tab").classList.toggle("on", state.blending);
+  }
+
+  // Sliders and buttons.
+  showControls(state) {
+    const light = (id, on) => find(id).classList.toggle("on", on), colourOf = (name) => this.colours[name] ?? this.own;
+    light("style-tab", !state.blending);
+    light("blend-tab", state.blending);
     find("share-row").hidden = !state.blending;
-    const colourOf = (name) => this.colours[name] ?? this.own;
     slide(find("strength"), state.strength * 100, colourOf(state.name));
     find("strength-value").textContent = state.strengths_differ ? "mixed" : percent(state.strength);
     slide(find("share"), state.share * 100, colourOf(state.other));
     find("share-value").textContent = state.shares_differ ? "mixed" : percent(state.share);
-    find("record").classList.toggle("on", state.recording);
+    light("record", state.recording);
     find("record").querySelector("span").textContent = state.recording ? "stop" : "record";
     find("replay").hidden = !state.recorded || state.recording;
     find("character-name").textContent = state.character || "figure";
     find("ground-name").textContent = state.ground;
     find("stylizer-name").textContent = state.stylizer;
-    for (const made of document.querySelectorAll("[data-seen]"))
-      made.classList.toggle("on", made.dataset.seen === "twin" ? Boolean(state.twin) : made.dataset.seen === "pace" ? state.pace : state.seen.includes(made.dataset.seen));
-    find("crouch-toggle").classList.toggle("on", state.crouching);
-    find("title").hidden = !state.playing || state.replaying;
-    document.body.classList.toggle("looked-into", ["times", "phase", "attention"].some((name) => state.seen.includes(name)));
-    if (before?.blending !== state.blending) this.showStyles();
-    else this.lightStyle();
+    light("crouch-toggle", state.crouching);
+    const isOn = (name) => ({ twin: Boolean(state.twin), pace: state.pace })[name] ?? state.seen.includes(name);
+    for (const made of document.querySelectorAll("[data-seen]")) {
+      made.classList.toggle("on", isOn(made.dataset.seen));
+      made.setAttribute("aria-pressed", isOn(made.dataset.seen));
+    }
   }
 
   // The five parts' colours, as the figure has them now.

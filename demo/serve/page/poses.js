@@ -1,4 +1,4 @@
-// Poses: read from packets, put together by forward kinematics, and turned into what carries a skin.
+// Poses: read from packets, put together by forward kinematics, and turned into matrices that skin a mesh.
 
 const KINDS = { f32: "getFloat32", i16: "getInt16", u16: "getUint16", u32: "getUint32", u8: "getUint8" };
 
@@ -23,12 +23,12 @@ export function readPacket(bytes, layout) {
   frame.playing = has("playing");
   frame.twin = has("twin") ? record("twin") : null;
   frame.paths = has("paths") ? record("paths") : null;
-  frame.bones = has("character") ? new Int16Array(bytes.slice(start)) : null; // of the user's character, see bonesOf
+  frame.bones = has("character") ? new Int16Array(bytes.slice(start)) : null; // of the user's character, see characterPose
   return frame;
 }
 
 // Bones of a user's character, seven numbers each: rotations away from its rest pose, and places beside the root.
-export function bonesOf(frame, unit) {
+export function characterPose(frame, unit) {
   const rotations = [], positions = [];
   for (let at = 0; at < frame.bones.length; at += 7) {
     const q = Array.from(frame.bones.subarray(at, at + 4)), length = Math.hypot(...q);
@@ -38,9 +38,9 @@ export function bonesOf(frame, unit) {
   return { positions, rotations };
 }
 
-// What carries a skin, three rows of a matrix for each bone: from the pose that the skin is made in, (bones, 7) places
+// Three rows of a matrix for each bone: from the pose that the skin is made in, (bones, 7) places
 // and rotations (w, x, y, z), to this one.
-export function carriers({ positions, rotations }, bind) {
+export function skinningMatrices({ positions, rotations }, bind) {
   const result = new Float32Array(12 * rotations.length);
   rotations.forEach((rotation, bone) => {
     const at = bind.subarray(7 * bone, 7 * bone + 7);

@@ -1,9 +1,9 @@
-// The picture: the window's passes and shaders (demo/render) in WebGL 2, the skin carried by the visitor's own GPU.
+// The picture: the window's passes and shaders (demo/render) in WebGL 2, the mesh skinned by the visitor's own GPU.
 
 import { linesOf, marksOf } from "./decals.js";
 import { buffer, depthMap, picture, Program, Rows, target } from "./gl.js";
 import { GroundMesh } from "./ground.js";
-import { bonesOf, carriers, cross, dot, scale } from "./poses.js";
+import { characterPose, cross, dot, scale, skinningMatrices } from "./poses.js";
 
 const LIGHT_MAP_PIXELS = 512, SOFTNESS = 0.014, LIGHT_MAP_MARGIN = 0.25;
 const SHADOW_PIXELS = 256, SHADOW_BLUR = 0.02, SHADOW_MARGIN = 0.3;
@@ -12,8 +12,8 @@ const TWIN_DISTANCE = 1.15;
 const ARROW_MARGIN = 0.05; // metres about an arrow within which it is drawn
 const GROUND_COLOUR = [0.75, 0.77, 0.79];
 
-// Carries the skin by its bones, and keeps what comes of it for all passes of the picture.
-const CARRY = `#version 300 es
+// Linear blend skinning, once for all passes of the picture.
+const SKINNING_VERTEX = `#version 300 es
 in vec3 position;
 in vec3 normal;
 in vec4 joints;
@@ -31,11 +31,11 @@ const NOTHING = "#version 300 es\nprecision highp float;\nvoid main() {}";
 
 export class Scene {
   constructor(canvas, world, figure, skeleton) {
-    const gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
+    const gl = makeContext(canvas);
     if (!gl) throw new Error("this browser has no WebGL 2: turn hardware acceleration on, or use a newer one");
     const of = world.shaders, program = (vertex, fragment) => new Program(gl, of[vertex], of[fragment]);
     Object.assign(this, { gl, canvas, world, skeleton });
-    this.carry = new Program(gl, CARRY.replace("BONES", world.bones.most), NOTHING, ["place", "direction"]);
+    this.skinning = new Program(gl, SKINNING_VERTEX.replace("BONES", world.bones.most), NOTHING, ["place", "direction"]);
     this.body = program("BODY_VERTEX", "FIGURE_FRAGMENT");
     this.painted = program("BODY_VERTEX", "PAINTED_FRAGMENT");
     this.deep = program("DEPTH_VERTEX", "DEPTH_FRAGMENT");
@@ -61,7 +61,13 @@ export class Scene {
     this.character = null; // the user's own, drawn in place of the figure
     this.tints = null;
     this.ground = null;
+    this.fence = null; // behind all that the last picture asks of the card
     gl.disable(gl.DITHER);
+  }
+
+  // Whether the card still draws the last picture.
+  get isBusy() {
+    return this.fence !== null && this.gl.getSyncParameter(this.fence, this.gl.SYNC_STATUS) !== this.gl.SIGNALED;
   }
 
   // What one figure needs on the card: its skins with buffers for where their corners are, and its picture.
@@ -85,9 +91,9 @@ export class Scene {
     return result;
   }
 
-  // Draws a model in place of the figure from now on; null: the figure.
-  wear(model) {
-    this.character = model && this.makeFigure(model);
+  // Draws a model from now on in those frames that carry its bones.
+  setCharacter(model) {
+    this.character = this.makeFigure(model);
   }
 
   standOn(heights) {
@@ -100,8 +106,8 @@ export class Scene {
     const gl = this.gl, { width, height } = this.canvas, aspect = width / height;
     const worldToClip = camera.worldToClip(aspect), right = camera.right;
     const shift = seen.twin === "beside" ? this.twinShift(frame, scale(right, -TWIN_DISTANCE)) : [0, 0, 0];
-    const poses = [this.skeleton.pose(frame)], worn = frame.bones && this.character, figures = [worn || this.figure];
-    this.pose(figures[0], worn ? bonesOf(frame, this.world.bones.place) : poses[0]);
+    const poses = [this.skeleton.pose(frame)], character = frame.bones && this.character, figures = [character || this.figure];
+    this.pose(figures[0], character ? characterPose(frame, this.world.bones.place) : poses[0]);
     if (frame.twin) poses.push(this.skeleton.pose(frame.twin, shift));
     if (frame.twin) this.pose(this.twin, poses[1]);
     if (seen.twin === "beside") figures.push(this.twin);
@@ -128,6 +134,8 @@ export class Scene {
     seen.past = (seen.past ?? []).map((each) => this.skeleton.pose(each));
     this.lines.draw(linesOf(this.world, this.heights, height / 720, solid, frame, seen), values);
     gl.bindVertexArray(null);
+    gl.deleteSync(this.fence);
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     return { poses, worldToClip };
   }
 
@@ -137,11 +145,11 @@ export class Scene {
   }
 
   pose(figure, pose) {
-    const gl = this.gl, bones = carriers(pose, figure.bind);
+    const gl = this.gl, bones = skinningMatrices(pose, figure.bind);
     gl.enable(gl.RASTERIZER_DISCARD);
     for (const level of ["fine", "coarse"]) {
       const { own, posed, count, feedback } = figure[level];
-      this.carry.use({ bones }).bind(own);
+      this.skinning.use({ bones }).bind(own);
       gl.bindTransformFeedback(gl.TRANSFORM_FEEDBACK, feedback);
       gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, posed.place.buffer);
       gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 1, posed.direction.buffer);
@@ -223,14 +231,14 @@ export class Scene {
     gl.viewport(0, 0, this.lightMap.side, this.lightMap.side);
     gl.depthMask(true);
     gl.clear(gl.DEPTH_BUFFER_BIT);
-    this.solid(true);
+    this.setSolid(true);
     gl.cullFace(gl.FRONT);
     for (const { coarse } of figures) {
       this.deep.use({ world_to_light }).bind(coarse.posed);
       gl.drawElements(gl.TRIANGLES, coarse.length, gl.UNSIGNED_INT, 0);
     }
     gl.cullFace(gl.BACK);
-    this.solid(false);
+    this.setSolid(false);
     return { world_to_light, light_map: 1, picture: 2, softness: [SOFTNESS / side, SOFTNESS / side] };
   }
 
@@ -288,10 +296,9 @@ export class Scene {
   drawBodies(values, figures) {
     const gl = this.gl;
     gl.disable(gl.BLEND);
-    this.solid(true);
+    this.setSolid(true);
     this.bindTexture(1, this.lightMap.texture);
-    const twin = new Float32Array(20).fill(1);
-    for (let part = 0; part < 5; part++) twin.set(this.world.colours.scene.twin, 4 * part);
+    const twin = tintsOf(this.world.colours.scene.twin);
     for (const figure of figures) {
       if (figure.picture) this.bindTexture(2, figure.picture);
       const tints = figure === this.twin ? twin : this.shownTints, { fine } = figure;
@@ -299,7 +306,7 @@ export class Scene {
       gl.drawElements(gl.TRIANGLES, fine.length, gl.UNSIGNED_INT, 0);
     }
     gl.activeTexture(gl.TEXTURE0);
-    this.solid(false);
+    this.setSolid(false);
   }
 
   bindTexture(unit, texture) {
@@ -308,27 +315,44 @@ export class Scene {
   }
 
   drawGhost(values) {
-    const gl = this.gl, tints = new Float32Array(20).fill(1), { fine } = this.twin;
-    for (let part = 0; part < 5; part++) tints.set(this.world.colours.scene.ghost, 4 * part);
-    this.solid(true);
+    const gl = this.gl, tints = tintsOf(this.world.colours.scene.ghost), { fine } = this.twin;
+    this.setSolid(true);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
     this.ghost.use({ ...values, tints, opacity: 0.85 }).bind(fine.posed);
     gl.drawElements(gl.TRIANGLES, fine.length, gl.UNSIGNED_INT, 0);
     gl.depthMask(true);
-    this.solid(false);
+    this.setSolid(false);
   }
 
-  solid(on) {
+  // Depth test and back faces: on for what is solid.
+  setSolid(on) {
     for (const what of [this.gl.DEPTH_TEST, this.gl.CULL_FACE]) on ? this.gl.enable(what) : this.gl.disable(what);
   }
 }
 
-// Pixels of places in a picture, with how far off they are.
+// Smooth outlines only where a graphics card draws: for a processor they cost more than all else of the picture. See
+// demo/render/quality.py.
+function makeContext(canvas) {
+  const probe = document.createElement("canvas").getContext("webgl2");
+  const renderer = probe?.getParameter(probe.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? probe.RENDERER);
+  probe?.getExtension("WEBGL_lose_context")?.loseContext();
+  const antialias = !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(renderer);
+  return canvas.getContext("webgl2", { antialias, alpha: false, powerPreference: "high-performance" });
+}
+
+// One opaque colour for all five parts.
+function tintsOf(colour) {
+  const tints = new Float32Array(20).fill(1);
+  for (let part = 0; part < 5; part++) tints.set(colour, 4 * part);
+  return tints;
+}
+
+// Pixels of places in a picture.
 export function toPixels(positions, worldToClip, width, height) {
   return positions.map((at) => {
     const [x, y, , w] = [0, 1, 2, 3].map((row) => dot(worldToClip.slice(4 * row, 4 * row + 3), at) + worldToClip[4 * row + 3]);
-    return [((x / w + 1) / 2) * width, ((1 - y / w) / 2) * height, w];
+    return [((x / w + 1) / 2) * width, ((1 - y / w) / 2) * height];
   });
 }

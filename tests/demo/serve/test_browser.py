@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -13,12 +12,11 @@ import numpy as np
 import pytest
 
 from demo import cli
+from demo.tools import chromium
 from sim.io import bvh, recording
 from tests.support.walker import walking_clip
 
 ROOT = Path(__file__).parents[3]
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-SOFTWARE = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-sandbox"]
 PATIENCE = 120_000  # milliseconds that a machine that does much else may take for anything
 
 
@@ -45,10 +43,10 @@ def address(home):
 @pytest.fixture(scope="module")
 def browser():
     playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    if CHROMIUM is None:
+    if chromium.PATH is None:
         pytest.skip("there is no Chromium on this machine")
     with playwright.sync_playwright() as driver:
-        opened = driver.chromium.launch(executable_path=CHROMIUM, args=SOFTWARE)
+        opened = driver.chromium.launch(executable_path=chromium.PATH, args=list(chromium.SOFTWARE))
         yield opened
         opened.close()
 
