@@ -10,6 +10,7 @@ import numpy as np
 from demo.export import onnx_graphs, onnx_state, onnx_styles
 from demo.export.onnx_operators import UNSET
 from demo.export.onnx_recorder import Graph
+from sim.body.pose import PLACES, SHAPES
 from sim.body.skeleton import BONE_OFFSETS, GROUPS, JOINTS, PARENTS, PART_NAMES, skeleton_hash
 from sim.command import GAIT_SPEEDS
 from sim.ground.ground import Ground
@@ -135,7 +136,6 @@ def _start(part: Part) -> np.ndarray:
 def _about(session: Session, table: onnx_styles.StyleTable, parts: list[Part]) -> dict[str, Any]:
     """The contents of graphs.json."""
     bank = table.stylizer.bank
-    ends = np.cumsum([int(np.prod(shape)) for shape in onnx_state.POSE.values()])
     return {
         "format": FORMAT,
         "made_from": {
@@ -158,10 +158,7 @@ def _about(session: Session, table: onnx_styles.StyleTable, parts: list[Part]) -
             {"name": name, "licence": bank.licences.get(name, ""), "movements": bank[name].gait.movements}
             for name in table.names
         ],
-        "pose": [
-            {"name": name, "first": int(end - np.prod(shape)), "shape": shape}
-            for (name, shape), end in zip(onnx_state.POSE.items(), ends)
-        ],
+        "pose": [{"name": name, "first": PLACES[name].start, "shape": shape} for name, shape in SHAPES.items()],
         "order": [
             "pace",
             "controller, `advances` times (on uneven ground: controller_places, look at the ground, controller_uneven)",

@@ -17,10 +17,10 @@ from controller.model.phase_table import PhaseTable
 from controller.runtime.controller import PhaseFunctionedController
 from controller.runtime.playback import CATCH_UP, Playback
 from demo.export.onnx_recorder import recording
-from demo.export.onnx_state import POSE_SIZE, Ask, Kept, Made, State, flat_pose, moved_poses, over_floor, pose_of
+from demo.export.onnx_state import Ask, Kept, Made, State, moved_poses, over_floor
 from demo.export.onnx_styles import StyleTable, record_styling
 from sim.body.kinematics import to_local
-from sim.body.pose import Pose
+from sim.body.pose import FLAT_SIZE, Pose
 from sim.command import Command
 from sim.feet.foot_lock import FootLock
 from sim.hands.hand_clearance import HandClearance
@@ -100,7 +100,7 @@ def record_controller(controller: PhaseFunctionedController, uneven: bool, doubl
     way, jump = one.trajectory, one.trajectory.jump
 
     def step() -> None:
-        memory.poses = np.array([flat_pose(one._advance(Command(), OWN_PACE))] * 3)
+        memory.poses = np.array([one._advance(Command(), OWN_PACE).flat] * 3)
 
     state = State(
         [
@@ -137,7 +137,7 @@ def record_controller(controller: PhaseFunctionedController, uneven: bool, doubl
         state.read(graph)
         way.ground = Ask(graph) if uneven else None  # type: ignore[assignment]
         way.position, way.desired = np.zeros((2,)), np.zeros(way.predicted.shape)
-        pose = flat_pose(one._advance(command, pace))  # type: ignore[arg-type]
+        pose = one._advance(command, pace).flat  # type: ignore[arg-type]
         moved = way.position
         way.translate(-1.0 * moved)
         _wrap(way)
@@ -167,7 +167,7 @@ def record_stylizer(table: StyleTable, double: bool) -> Made:
     styling = record_styling(table)
 
     def step() -> None:
-        memory.poses = np.full((STRIDE, POSE_SIZE), np.nan)
+        memory.poses = np.full((STRIDE, FLAT_SIZE), np.nan)
         memory.features = np.full((SPAN - 1, 21, 15), np.nan)
 
     state = State(
@@ -179,7 +179,7 @@ def record_stylizer(table: StyleTable, double: bool) -> Made:
         step,
     )
     with recording(double) as graph:
-        poses, clock = graph.input("poses", np.zeros((3, POSE_SIZE))), graph.input("clock", 1.0)
+        poses, clock = graph.input("poses", np.zeros((3, FLAT_SIZE))), graph.input("clock", 1.0)
         heights, moved = graph.input("root_heights", np.zeros(3)), graph.input("moved", np.zeros(2))
         pace, request = Pace(*graph.input("pace", np.ones(3))), graph.input("request", np.full((5, 4), -1.0))
         state.read(graph)
@@ -187,11 +187,11 @@ def record_stylizer(table: StyleTable, double: bool) -> Made:
         for y in (1, 5):
             raised[:, y] = raised[:, y] + heights
         playback = Playback()
-        playback.clock, playback._poses = clock, [pose_of(pose) for pose in raised]  # type: ignore[assignment]
+        playback.clock, playback._last = clock, raised
         neutral = playback.pose()
-        flat = flat_pose(neutral)
+        flat = neutral.flat
         before = before_or_now(moved_poses(memory.poses, moved), flat)
-        history._poses.extend(pose_of(pose) for pose in before)
+        history._poses.extend(Pose.of_flat(pose) for pose in before)
         history._features.extend(memory.features)
         history.push(neutral, pace)
         newest = history._features[-1]
@@ -201,7 +201,7 @@ def record_stylizer(table: StyleTable, double: bool) -> Made:
         styled = styling.step(history.window(), neutral, request, pace.travel)
         graph.output("neutral", flat)
         graph.output("neutral_positions", neutral.positions)
-        graph.output("styled", flat_pose(styled))
+        graph.output("styled", styled.flat)
         graph.output("legs", styling.leg_strengths())
         graph.output("paces", styling.paces())
         state.write(graph)
@@ -244,7 +244,7 @@ def record_feet(uneven: bool, double: bool) -> Made:
         lambda: clearance.step(lock.step(standing, standing)),
     )
     with recording(double) as graph:
-        neutral, styled = (pose_of(graph.input(name, flat_pose(standing))) for name in ("neutral", "styled"))
+        neutral, styled = (Pose.of_flat(graph.input(name, standing.flat)) for name in ("neutral", "styled"))
         legs: Any = graph.input("legs", np.zeros(2))
         moved = graph.input("moved", np.zeros(2))
         follow: Any = graph.input("follow", 0.0) > 0.5

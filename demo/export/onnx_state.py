@@ -2,18 +2,16 @@
 ask for."""
 
 import copy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Callable, NamedTuple, Sequence
 
 import numpy as np
 
 from demo.export.onnx_recorder import Graph, Recorded
-from sim.body.pose import Pose
+from sim.body.pose import FLAT_SIZE
 from sim.ground.ground import SLOPE_STEP
 
-POSE = {"root_position": (3,), "root_facing": (), "hips": (3,), "rotations": (21, 4), "contacts": (4,), "phase": ()}
-POSE_SIZE = sum(int(np.prod(shape)) for shape in POSE.values())
 # Where the blurred ground is looked at about the root, x and z in metres: under it, and for its slope.
 AROUND = np.concatenate([np.zeros((1, 2)), SLOPE_STEP * np.eye(2), -SLOPE_STEP * np.eye(2)])
 
@@ -112,23 +110,9 @@ class Ask:
         return self.graph.input(name, np.zeros(places.shape[:-1]))
 
 
-def flat_pose(pose: Pose) -> Any:
-    """(POSE_SIZE,) all numbers of a pose."""
-    return np.concatenate([np.asarray(getattr(pose, field.name)).reshape(-1) for field in fields(Pose)])
-
-
-def pose_of(numbers: Any) -> Pose:
-    """The inverse of `flat_pose`."""
-    parts, end = {}, 0
-    for name, shape in POSE.items():
-        start, end = end, end + int(np.prod(shape))
-        parts[name] = numbers[start:end].reshape(shape)
-    return Pose(**parts)
-
-
 def moved_poses(numbers: Any, moved: Any) -> Any:
-    """Flat poses (..., POSE_SIZE), told from a root that has moved by (2,) since."""
-    shift = np.zeros((POSE_SIZE,))
+    """Flat poses (..., FLAT_SIZE), told from a root that has moved by (2,) since."""
+    shift = np.zeros((FLAT_SIZE,))
     shift[0], shift[2], shift[4], shift[6] = moved[0], moved[1], moved[0], moved[1]
     return numbers - shift
 

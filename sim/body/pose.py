@@ -1,13 +1,29 @@
 """One frame of the character, as it travels from the controller to the screen."""
 
+import math
 from dataclasses import dataclass, fields
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, Sequence
 
 import numpy as np
 
 from sim.body.kinematics import forward_kinematics, to_local
+from sim.body.skeleton import JOINT_COUNT
 from sim.math import rotations as rot
+
+# The fields of one pose, in their order, and their shapes.
+SHAPES = {
+    "root_position": (3,),
+    "root_facing": (),
+    "hips": (3,),
+    "rotations": (JOINT_COUNT, 4),
+    "contacts": (4,),
+    "phase": (),
+}
+_ENDS = np.cumsum([0, *(math.prod(shape) for shape in SHAPES.values())]).tolist()
+PLACES = {name: slice(*ends) for name, ends in zip(SHAPES, pairwise(_ENDS))}  # of each field in `Pose.flat`
+FLAT_SIZE = _ENDS[-1]
 
 
 @dataclass(frozen=True)
@@ -34,6 +50,18 @@ class Pose:
     def __getitem__(self, which: Any) -> "Pose":
         """One or some of many instants."""
         return Pose(*(getattr(self, field.name)[which] for field in fields(self)))
+
+    @classmethod
+    def of_flat(cls, numbers: np.ndarray) -> "Pose":
+        """The pose that has these numbers (..., FLAT_SIZE)."""
+        leading = numbers.shape[:-1]
+        return cls(**{name: numbers[..., PLACES[name]].reshape((*leading, *shape)) for name, shape in SHAPES.items()})
+
+    @property
+    def flat(self) -> np.ndarray:
+        """(..., FLAT_SIZE) all its numbers, field by field."""
+        leading = self.contacts.shape[:-1]
+        return np.concatenate([np.asarray(getattr(self, name)).reshape((*leading, -1)) for name in SHAPES], axis=-1)
 
     @cached_property
     def positions(self) -> np.ndarray:
