@@ -11,6 +11,7 @@ from controller.model.io_layout import INPUT_SIZE, INPUT_SLICES, OUTPUT, OUTPUT_
 from controller.model.network import PhaseFunctionedNetwork
 from controller.model.phase_table import PhaseTable
 from controller.runtime.crowd_state import put_back, select
+from controller.runtime.first_foot import choose_first_foot
 from controller.runtime.gathering import gather, gathered
 from controller.runtime.playback import Playback
 from controller.runtime.root_correction import RootCorrection
@@ -108,7 +109,9 @@ class PhaseFunctionedController:
     def _advance(self, command: Command | Commands, pace: Pace) -> Pose:
         """The pose of the network's next frame: wish, network, then root and phase follow the output; the whole
         trajectory is moved along by what styled legs carry the root farther than its own step."""
-        output = self._evaluate(self.trajectory.samples(command, pace.speed))
+        samples = self.trajectory.samples(command, pace.speed)
+        self.phase = choose_first_foot(self.phase, self.trajectory)
+        output = self._evaluate(samples)
         root = self.root_correction.step(output["root"], output["positions"], output["contacts"])
         before = self.trajectory.position
         self.trajectory.follow(root, output["future_positions"], output["future_directions"])
