@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Callable, Iterator, Mapping
 
 from demo.commands.replay import STYLIZER_HELP
+from stylizer.systems.registry import system_of_network
 
 if TYPE_CHECKING:
     from controller.evaluation.figures import Figure
@@ -72,7 +73,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             model.add_argument("--plots", type=Path, metavar="DIR", help=PLOTS[name])
     each["character"].add_argument("files", nargs="+", type=Path, metavar="HERO.glb", help="skinned figures to measure")
     each["stylizer"].add_argument(
-        "--all", action="store_true", help="every system whose weights are there in one table, with 95%% intervals"
+        "--all",
+        nargs="*",
+        metavar="NETWORK",
+        help="every system whose weights are there in one table, with 95%% intervals, or those named alone",
     )
     each["stylizer"].add_argument(
         "--weights",
@@ -123,7 +127,7 @@ def _stylizer(args: argparse.Namespace) -> int:
         raise ValueError(
             "the stylizer is judged on labelled motion: name a folder that holds Bandai-Namco's with --data"
         )
-    if args.all:
+    if args.all is not None:
         return _all_stylizers(args)
     from stylizer.evaluation.report import evaluate_transfer
 
@@ -191,7 +195,7 @@ def _all_stylizers(args: argparse.Namespace) -> int:
     from stylizer.evaluation import compare
 
     with _bar("all stylizers", "step") as progress:
-        result = compare.compare(args.data, args.weights, progress)
+        result = compare.compare(args.data, args.weights, progress, args.all)
     print(compare.format_comparison(result.report), *result.notes, sep="\n", flush=True)
     if args.json:
         _write(args.json, result.report)
@@ -275,8 +279,10 @@ def _check(args: argparse.Namespace) -> None:
     """Raises ValueError or OSError for what could only fail after minutes of work."""
     weights = getattr(args, "weights", None)
     plots, data = getattr(args, "plots", None), getattr(args, "data", None)
-    if getattr(args, "all", False) and plots:
+    if getattr(args, "all", None) is not None and plots:
         raise ValueError("--all draws no pictures: leave --plots out")
+    for name in getattr(args, "all", None) or ():
+        system_of_network(name)
     if data and not data.is_dir():
         raise ValueError(f"there is no folder {data}; name one that holds BVH files with --data")
     if weights and not weights.is_dir():

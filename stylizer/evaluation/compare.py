@@ -10,6 +10,7 @@ import numpy as np
 import torch
 
 from sim.body.skeleton import PART_NAMES
+from sim.io.bvh_parser import shorten
 from sim.motion.features import clip_features
 from stylizer.data import style_labels
 from stylizer.data.style_labels import SHORTEST, Take, windows
@@ -85,11 +86,18 @@ class Sampled(Transfer):
         return self.by_label and [take for take in takes if take.style in self.model.config.labels] or takes
 
 
-def compare(data_dir: Path, folder: Path | None = None, progress: Progress | None = None) -> Comparison:
-    """Judges every system whose weights are in the package or in `folder`.
+def compare(
+    data_dir: Path, folder: Path | None = None, progress: Progress | None = None, networks: Sequence[str] = ()
+) -> Comparison:
+    """Judges every system whose weights are in the package or in `folder`, or only those of `networks`.
 
-    Raises ValueError where `data_dir` holds no labelled motion or weights are broken."""
-    found = find_weights((name for name, _, _ in ALL), folder)
+    Raises ValueError for a network that is not judged, where `data_dir` holds no labelled motion or weights are
+    broken."""
+    known = dict.fromkeys(name for name, _, _ in ALL)
+    if unknown := [name for name in networks if name not in known]:
+        raise ValueError(f"there is no network '{shorten(unknown[0])}' to compare: use some of {', '.join(known)}")
+    chosen = [name for name in known if name in networks or not networks]
+    found = find_weights(chosen, folder)
     models = {name: checkpoint.load(name, where)[0] for name, where in found.items()}
     entries = [
         entry
@@ -104,7 +112,7 @@ def compare(data_dir: Path, folder: Path | None = None, progress: Progress | Non
         for name, mode, size in entries
     ]
     real = {name: with_interval(figure) for name, figure in measure_real(data.generate, classifiers, REAL_SIZE).items()}
-    missing = [name for name in dict.fromkeys(name for name, _, _ in ALL) if name not in models]
+    missing = [name for name in chosen if name not in models]
     notes = [f"no weights for {name}: its rows are left out" for name in missing]
     return Comparison(round_figures({"real": real, "rows": rows}), notes)
 
@@ -181,7 +189,7 @@ def clip_milliseconds(model: Network) -> list[float]:
 
 def format_comparison(report: dict) -> str:
     """The rows, mean and half of the 95% interval."""
-    names = (*JUDGED, "geodesic", "diversity", "skate_cm_s", "jitter_ratio")
+    names = (*JUDGED, "drawn_sra", "geodesic", "diversity", "skate_cm_s", "jitter_ratio")
     columns = "{:<18} {:<8}" + " {:>15}" * len(names) + " {:>11} {:>9} {:>9}"
     lines = [columns.format("model", "mode", *names, "parameters", "ms/frame", "ms/clip")]
     for entry in ({"model": "real motion", "mode": "", **report["real"]}, *report["rows"]):

@@ -102,6 +102,9 @@ MISTAKES = {
     "evaluate character nowhere.glb": "nowhere.glb",
     "evaluate stylizer --data clips": "clips holds no labelled motion",
     "evaluate stylizer --data clips --weights nowhere": "there is no folder nowhere",
+    "evaluate stylizer --data clips --all magic": "there is no network 'magic': use one of full",
+    "evaluate stylizer --data clips --all joints --plots p": "--all draws no pictures: leave --plots out",
+    "train stylizer --data clips --recipe live": "give both --recipe live and --start FILE",
     "styles": "list|add|rename|remove",
     "styles add good.jsonl": "--name",
     "bench --seconds 0": "above 0",
@@ -117,7 +120,7 @@ MISTAKES = {
     "train controller --minutes soon": "soon",
     "train controller --data clips --network slim": "unrecognized arguments: --network slim",
     "train controller --data clips --start nowhere.safetensors": "there is no weight file nowhere.safetensors",
-    "train stylizer --data clips --start nowhere.safetensors": "unrecognized arguments: --start nowhere.safetensors",
+    "train stylizer --data clips --start nowhere.safetensors": "there is no weight file nowhere.safetensors",
     "train controller --data clips --resume --out a_folder": "a_folder holds no run to go on with",
     "train controller --data clips --out a_run": "a_run holds a run already",
 }
@@ -408,7 +411,7 @@ def test_the_help_of_training_names_every_network(capsys):
 def test_a_help_lists_what_applies_and_nothing_else(capsys):
     for line, there, absent in (
         ("train controller", ("--start", "--data"), ("--network", "--leave-out", "--permissive", "shared")),
-        ("train stylizer", ("--network", "--recipe"), ("--start", "--permissive")),
+        ("train stylizer", ("--network", "--recipe", "--start"), ("--map", "--permissive")),
         ("evaluate controller", ("--data", "--plots"), ("--all", "--movements", "--weights", "--permissive")),
         ("evaluate stylizer", ("--all", "--weights", "--permissive"), ("--movements", "--stylizer")),
         ("evaluate live", ("--movements", "--stylizer", "--permissive"), ("--all",)),
