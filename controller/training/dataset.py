@@ -56,10 +56,11 @@ HELD_OUT_SHARE = 0.1
 MINIMUM_SECONDS = 0.7
 # At which pace and with strides how much longer a clip is learned, by kind of movement: captured side-steps and backing
 # is leisurely and captured running all but a sprint, while the stick asks for every speed in between.
+LEISURELY = ((0.75, 1.0), (1.0, 1.0), (1.3, 1.25), (1.6, 1.5))
 PACES = {
     "forward walk": ((1.0, 1.0), (1.3, 1.0)),
-    "side-step": ((0.75, 1.0), (1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
-    "backing": ((0.75, 1.0), (1.0, 1.0), (1.3, 1.25), (1.6, 1.5)),
+    "side-step": LEISURELY,
+    "backing": LEISURELY,
     "run": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0)),
     "loop": ((1.0, 1.0), (0.8, 1.0), (0.65, 1.0), (1.1, 1.15)),
     "stand": ((1.0, 1.0),),
