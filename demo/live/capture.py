@@ -32,7 +32,7 @@ def toggle_recording(live: "Live") -> None:
         )
         live.files.append(path)
         live.start_over()
-        live.say(f"recording into {path}")
+        live.say(f"recording into {path.name}")
 
     live.guard(start)
 
@@ -42,7 +42,7 @@ def stop_recording(live: "Live") -> None:
     if live.recorder:
         recorder, live.recorder = live.recorder, None
         live.guard(recorder.close)
-        live.say(f"recorded into {recorder.path}")
+        live.say(f"recorded into {recorder.path.name}")
 
 
 def export(live: "Live") -> None:
