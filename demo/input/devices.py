@@ -116,7 +116,7 @@ class Devices:
         self._answered = True
         stick = steering.stick_of_keys(held)
         if stick == (0.0, 0.0):
-            stick = self._stick("walk")
+            stick = steering.walking_stick(self._stick("walk"))
         turn = steering.turn_of_keys(held, seconds)
         if turn:
             self._facing = (facing if self._facing is None else self._facing) + turn

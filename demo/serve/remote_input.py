@@ -31,7 +31,7 @@ class RemoteInput:
     def take(self, said: Mapping[str, Any]) -> bool:
         """Takes in a message; whether somebody touched a control. Raises ValueError for what is no such message."""
         number, yaw = said.get("n", self.answers), said.get("yaw", self._yaw)
-        stick, look = _stick(said.get("stick", (0, 0))), _stick(said.get("look", (0, 0)))
+        stick, look = (_stick(said.get(name, (0, 0))) for name in ("stick", "look"))
         held = said.get("held", [])
         if type(number) is not int or not 0 <= number < 2**32 or not _is_finite(yaw) or not isinstance(held, list):
             raise ValueError("the page says what no page of ours says: load it anew")
@@ -57,7 +57,7 @@ class RemoteInput:
         """What is asked for in a frame of `seconds`; a jump once for each press. facing: the character's own yaw."""
         stick = steering.stick_of_keys(self.held)
         if stick == (0.0, 0.0):
-            stick = self._stick
+            stick = steering.walking_stick(self._stick)
         turn = steering.turn_of_keys(self.held, seconds)
         if turn:
             self.facing_held = (facing if self.facing_held is None else self.facing_held) + turn

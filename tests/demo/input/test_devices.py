@@ -63,6 +63,16 @@ def test_keys_make_a_stick_no_longer_than_one():
     assert np.hypot(*steering.stick_of_keys({"forward", "right"})) == pytest.approx(1)
 
 
+@pytest.mark.parametrize("angle", np.linspace(0, 2 * np.pi, 9))
+def test_a_stick_that_leaves_its_dead_zone_walks(angle):
+    x, y = float(np.cos(angle)), float(np.sin(angle))
+    assert steering.walking_stick((0.0, 0.0)) == (0.0, 0.0)
+    for way in (1e-6, 0.1, 0.5, 1.0):
+        walked = steering.walking_stick((way * x, way * y))
+        np.testing.assert_allclose(np.array(walked) / np.hypot(*walked), (x, y), atol=1e-12)
+        assert np.hypot(*walked) == pytest.approx(steering.SLOWEST + (1 - steering.SLOWEST) * way)
+
+
 @pytest.mark.parametrize(
     "yaw, away, right", [(0.0, (0, 1), (-1, 0)), (np.pi / 2, (1, 0), (0, 1)), (np.pi, (0, -1), (1, 0))]
 )
