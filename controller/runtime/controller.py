@@ -100,7 +100,7 @@ class PhaseFunctionedController:
         """The next poses of some of a crowd (n,) alone."""
         assert isinstance(command, Commands)
         some = select(self, which)
-        some._leading = (np.count_nonzero(which),)
+        some._leading = (int(np.count_nonzero(which)),)
         speed, rate, stride = (np.broadcast_to(value, which.shape)[which] for value in pace)
         pose = some._advance(command.of(which), Pace(speed, rate, stride))
         put_back(self, which, some)

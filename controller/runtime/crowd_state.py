@@ -10,7 +10,8 @@ class CrowdState(Protocol):
     """STATE names what a class keeps from frame to frame: arrays whose first axis is that of the characters, or another
     such state."""
 
-    STATE: tuple[str, ...]
+    @property
+    def STATE(self) -> tuple[str, ...]: ...
 
 
 S = TypeVar("S", bound=CrowdState)

@@ -18,6 +18,9 @@ STANDS = (0.5, 1.0)  # weights of standing between which it stands: who creeps h
 STEP_NEXT = 0.0, math.pi  # phases at which the left foot, and the right one, is the next to step: the other has landed
 FREE = 1.4  # radians about these within which it still is
 FASTEST = 30.0 / FPS  # radians a frame: fast enough to be there before the first step, and no joint is seen to jump
+BRISK = (
+    1.0  # metres a second: who is asked to go slower has so much longer until that step, and would be seen to twitch
+)
 
 
 def choose_first_foot(phase: np.ndarray, trajectory: Trajectory) -> np.ndarray:
@@ -28,9 +31,10 @@ def choose_first_foot(phase: np.ndarray, trajectory: Trajectory) -> np.ndarray:
     chooses = (np.abs(side) > ASLANT) & (speed < SETTING_OFF * asked)
     beyond = rot.wrap_angle(np.where(side > 0, *STEP_NEXT) - phase)
     beyond = beyond - _within(beyond, FREE)
-    step = _within(beyond, FASTEST) * ramp(trajectory.standing, *STANDS)
+    fastest = FASTEST * np.minimum(asked / BRISK, 1.0)
+    step = _within(beyond, fastest) * ramp(trajectory.standing, *STANDS)
     return (phase + np.where(chooses, step, 0.0)) % (2 * math.pi)
 
 
-def _within(values: np.ndarray, bound: float) -> np.ndarray:
+def _within(values: np.ndarray | float, bound: np.ndarray | float) -> np.ndarray:
     return np.minimum(np.maximum(values, -bound), bound)

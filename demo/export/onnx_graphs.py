@@ -179,7 +179,8 @@ def record_stylizer(table: StyleTable, double: bool) -> Made:
         step,
     )
     with recording(double) as graph:
-        poses, clock = graph.input("poses", np.zeros((3, FLAT_SIZE))), graph.input("clock", 1.0)
+        poses: Any = graph.input("poses", np.zeros((3, FLAT_SIZE)))
+        clock: Any = graph.input("clock", 1.0)
         heights, moved = graph.input("root_heights", np.zeros(3)), graph.input("moved", np.zeros(2))
         pace, request = Pace(*graph.input("pace", np.ones(3))), graph.input("request", np.full((5, 4), -1.0))
         state.read(graph)
@@ -244,7 +245,8 @@ def record_feet(uneven: bool, double: bool) -> Made:
         lambda: clearance.step(lock.step(standing, standing)),
     )
     with recording(double) as graph:
-        neutral, styled = (Pose.of_flat(graph.input(name, standing.flat)) for name in ("neutral", "styled"))
+        poses: tuple[Any, ...] = tuple(graph.input(name, standing.flat) for name in ("neutral", "styled"))
+        neutral, styled = map(Pose.of_flat, poses)
         legs: Any = graph.input("legs", np.zeros(2))
         moved = graph.input("moved", np.zeros(2))
         follow: Any = graph.input("follow", 0.0) > 0.5

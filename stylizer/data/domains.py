@@ -78,7 +78,8 @@ class LabelledSampler(Sampler):
             if (label := label_of(clip.name)) in labels:
                 self.by_domain[labels.index(label)].append(index)
         # Those with a clip that moves: all of a small set's may stand.
-        self.domains = [name for name, clips in sorted(self.by_domain.items()) if self.target_weights[clips].any()]
+        moving = [name for name, clips in sorted(self.by_domain.items()) if self.target_weights[clips].any()]
+        self.domains = moving or sorted(self.by_domain)
 
     def batch(self, size: int) -> DomainBatch[np.ndarray]:
         """Random windows, half of them mirrored."""
@@ -104,6 +105,7 @@ class LabelledSampler(Sampler):
     def _clip(self, domain: int) -> PackedClip:
         chosen = self.by_domain[domain]
         weights = self.target_weights[chosen]
+        weights = weights if weights.any() else np.ones(len(chosen))
         return self.data.clips[self.random.choice(chosen, p=weights / weights.sum())]
 
     def _anywhere(self, clip: PackedClip, flip: bool | None = None) -> np.ndarray:

@@ -91,13 +91,16 @@ def compare(
 ) -> Comparison:
     """Judges every system whose weights are in the package or in `folder`, or only those of `networks`.
 
-    Raises ValueError for a network that is not judged, where `data_dir` holds no labelled motion or weights are
-    broken."""
+    Raises ValueError for a network that is not judged or has no weights there, where `data_dir` holds no labelled
+    motion or weights are broken."""
     known = dict.fromkeys(name for name, _, _ in ALL)
     if unknown := [name for name in networks if name not in known]:
         raise ValueError(f"there is no network '{shorten(unknown[0])}' to compare: use some of {', '.join(known)}")
     chosen = [name for name in known if name in networks or not networks]
     found = find_weights(chosen, folder)
+    missing = [name for name in chosen if name not in found]
+    if networks and missing:
+        raise ValueError(f"there are no weights of {missing[0]}: name the folder that holds them with --weights")
     models = {name: checkpoint.load(name, where)[0] for name, where in found.items()}
     entries = [
         entry
@@ -112,7 +115,6 @@ def compare(
         for name, mode, size in entries
     ]
     real = {name: with_interval(figure) for name, figure in measure_real(data.generate, classifiers, REAL_SIZE).items()}
-    missing = [name for name in chosen if name not in models]
     notes = [f"no weights for {name}: its rows are left out" for name in missing]
     return Comparison(round_figures({"real": real, "rows": rows}), notes)
 

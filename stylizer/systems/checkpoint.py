@@ -36,8 +36,12 @@ def load(name: str = SHIPPED, folder: Path | None = None) -> tuple[Any, str]:
     """The network ready to run, of the class that `System.load_class` gives, and the fingerprint of its weight file.
 
     Raises ValueError where the file is missing or made for something else."""
-    path = weight_files.find(name, folder)
-    header, tensors = read(path)
+    return load_file(weight_files.find(name, folder))
+
+
+def load_file(path: Path, remedy: str = tensor_file.REINSTALL) -> tuple[Any, str]:
+    """As `load`, from a file of any name; remedy: what to do with one that is damaged."""
+    header, tensors = read(path, remedy=remedy)
     tensor_file.check_header(path, header, _expected(), "train again")
     kind = weight_files.system_of(path, header).load_class()
     with tensor_file.understanding(path, "reinstall, or train again"):

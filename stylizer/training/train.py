@@ -18,7 +18,7 @@ from stylizer.systems.motion_puzzle.objective import RECIPES
 from stylizer.systems.registry import system_of_network
 from stylizer.training.distributed import Processes, wait
 from stylizer.training.train_joints import JointTrainer
-from stylizer.training.train_live import LiveTrainer
+from stylizer.training.train_live import LiveTrainer, load_start
 from stylizer.training.train_systems import SystemTrainer
 from stylizer.training.trainer import Trainer
 
@@ -57,7 +57,10 @@ def train(
     writes. Returns the weight file's path. Raises ValueError for unknown names and where the folder holds nothing to
     learn from."""
     data_dir, out_dir = Path(data_dir), Path(out_dir)
+    state, path = out_dir / "checkpoint.pt", out_dir / f"{network}.safetensors"
     make = make_trainer(network, recipe, start)
+    if start and path.exists() and path.samefile(start):
+        raise ValueError(f"training would write over {start}, which it goes on from: choose another folder with --out")
     with Processes() as rank:
         if rank == 0:
             pack(data_dir, out_dir / "motion")
@@ -67,7 +70,6 @@ def train(
             for reason, count in data.skipped.items():
                 tqdm.write(f"skipped {count} clips: {reason}")
         trainer = make(data, seed + 1000 * rank)
-        state, path = out_dir / "checkpoint.pt", out_dir / f"{network}.safetensors"
         if resume:
             trainer.restore(state)
         budget, unit = (steps, " steps") if steps else (minutes * 60, "s")
@@ -111,6 +113,7 @@ def make_trainer(network: str, recipe: str, start: Path | None = None) -> Callab
     if start is not None:
         if ONE_RECIPE.get(system.kind) is not SystemTrainer:
             raise ValueError(f"{network} has no recipe {LIVE}: it is for unpaired, diverse and latent")
+        load_start(start, network)  # a mistake in it is said before the motion is read
         return lambda data, seed: LiveTrainer(data, network, start, seed)
     if system.kind in ONE_RECIPE:
         if recipe != "ours":

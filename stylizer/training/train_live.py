@@ -5,13 +5,14 @@ These systems look ahead as well as back. Live there is nothing ahead, so a wind
 trained network teaches itself. What it gives where it sees the future, it learns to give where it does not."""
 
 import copy
+from dataclasses import replace
 from pathlib import Path
 
 import torch
 from torch import Tensor, nn
 
 from stylizer.data.dataset import MotionData
-from stylizer.data.domains import DomainBatch
+from stylizer.data.domains import DomainBatch, label_of
 from stylizer.systems import checkpoint
 from stylizer.systems.motion_puzzle.objective import Recipe
 from stylizer.systems.registry import system_of_network
@@ -21,6 +22,7 @@ from stylizer.training.train_systems import SystemTrainer
 # newest: of the pose that is drawn live; window: of whole windows, which must not change. Both mean distances of the
 # joints' axes, and of the hips in metres.
 RECIPE = Recipe({"newest": 1.0, "window": 0.5}, batch=16, learning_rate=3e-4, momentum=0.9, average=0.998)
+REMEDY = "name others with --start"
 
 
 class LiveObjective(nn.Module):
@@ -58,19 +60,34 @@ class LiveObjective(nn.Module):
 
 
 class LiveTrainer(SystemTrainer):
-    """A `SystemTrainer` of a network that is trained already. Raises ValueError where `start` holds another one."""
+    """A `SystemTrainer` of a network that is trained already. Raises ValueError where `start` holds another one, and
+    where none of the data has a label that it was taught."""
 
     def __init__(self, data: MotionData, network: str, start: Path, seed: int = 1) -> None:
         self.start = start
         super().__init__(data, network, seed)
 
     def _begin(self, data: MotionData, network: str, seed: int) -> tuple[Recipe, LiveObjective]:
-        model, fingerprint = checkpoint.load(self.start.stem, self.start.parent)
-        kind = system_of_network(network).kind
-        if model.KIND != kind:
-            raise ValueError(f"{self.start} holds weights of {model.KIND}, not of {kind}: name others with --start")
+        model, fingerprint = load_start(self.start, network)
+        if not any(label_of(clip.name) in model.config.labels for clip in data.clips):
+            raise ValueError(
+                f"no clip to learn from has a style label that {self.start} was taught: "
+                "unpack bandai-namco into the data folder"
+            )
         self.origin = {"started_from": fingerprint}
         return RECIPE, LiveObjective(model)
+
+
+def load_start(path: Path, network: str) -> tuple[WholeBody, str]:
+    """A trained network and the fingerprint of its weight file. Raises ValueError where the file is damaged, or holds
+    other weights than the network's."""
+    model, fingerprint = checkpoint.load_file(path, REMEDY)
+    system = system_of_network(network)
+    if model.KIND != system.kind:
+        raise ValueError(f"{path} holds weights of {model.KIND}, not of {system.kind}: {REMEDY}")
+    if model.config != replace(system.load_configs()[network], labels=model.config.labels):
+        raise ValueError(f"{path} holds weights of {system.kind} with other settings than {network} has: {REMEDY}")
+    return model, fingerprint
 
 
 def distance(given: Restyled, wanted: Restyled, samples: slice) -> Tensor:

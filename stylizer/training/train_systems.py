@@ -46,6 +46,8 @@ class SystemTrainer(Trainer):
             LabelledSampler(part, self.model.config.labels, self.model.config.window, seed)
             for part in (learned_from, data.split(held_out=True))
         )
+        if not held_out.domains:  # a small set's held-out clips may be without labels
+            held_out = LabelledSampler(learned_from, self.model.config.labels, self.model.config.window, seed)
         self.objective.to(self.device)
         self.average = torch.optim.swa_utils.AveragedModel(self.model, avg_fn=self._averaged)
         self.learned = {

@@ -147,10 +147,14 @@ class Trainer:
         state = {name: getattr(self, name).state_dict() for name in self.KEPT}
         random = self.sampler.random.bit_generator.state
         with atomic_write(path) as temporary:
-            torch.save({**state, "step": self.step, "spent": self.spent, "random": random}, temporary)
+            torch.save(
+                {**state, "step": self.step, "spent": self.spent, "random": random, "origin": dict(self.origin)},
+                temporary,
+            )
 
     def restore(self, path: Path) -> None:
-        """Goes back to a checkpoint. Raises ValueError where there is none or it is another network's."""
+        """Goes back to a checkpoint. Raises ValueError where there is none, it is another network's or
+        recipe's, or it began with other weights."""
         if not path.exists():
             raise ValueError(f"no checkpoint at {path}: train without --resume first")
         try:
@@ -159,10 +163,15 @@ class Trainer:
                 getattr(self, name).load_state_dict(state[name])
             self.sampler.random.bit_generator.state = state["random"]
             self.step, self.spent = int(state["step"]), float(state["spent"])
+            began_with = state.get("origin", self.origin)
         except OSError:
             raise
         except Exception as error:  # a damaged file fails in many ways
-            raise ValueError(f"{path} is damaged, or another network's: train anew, into another --out") from error
+            raise ValueError(
+                f"{path} is damaged, or another network's or recipe's: train anew, into another --out"
+            ) from error
+        if began_with != self.origin:
+            raise ValueError(f"{path} is of a run that began with other weights: name those with --start")
 
     def log(self, path: Path) -> None:
         """Appends what was gathered since the last call to the curve's CSV, the newest row with the held-out losses."""

@@ -14,7 +14,7 @@ from sim.math import rotations as rot
 from sim.motion.features import clip_features
 from stylizer.data.dataset import MotionData
 from stylizer.data.domains import NOISE, LabelledSampler, label_of, labels_of
-from stylizer.evaluation.compare import Sampled
+from stylizer.evaluation.compare import Sampled, compare
 from stylizer.evaluation.playback import Styles, play_live
 from stylizer.networks.blocks import BODY, ROOTED, AdaIN, DomainHead, InstanceNorm, ResBlock, by_joint, whole
 from stylizer.runtime.global_motion import change_global_motion, follow_predicted_root
@@ -278,8 +278,6 @@ def test_styles_of_chance_are_drawn_anew(bank):
 def test_only_labels_that_a_system_learned_are_asked_of_it_by_chance(bank):
     from types import SimpleNamespace
 
-    from stylizer.evaluation.compare import Sampled
-
     known, unknown = (SimpleNamespace(style=style) for style in ("old 1", "azuma wd2"))
     assert Sampled(bank.model).targets([unknown, known]) == [known]
     assert Sampled(bank.model).targets([unknown]) == [unknown]
@@ -454,3 +452,10 @@ def test_the_own_style_of_a_system_changes_nothing_bit_for_bit(bank, poses):
     worn = dict.fromkeys(PART_NAMES, ("neutral", 1.0))
     for styled, neutral in zip(live_stream(WholeBodyStylizer, bank, poses[:24], worn), poses):
         assert np.array_equal(styled.rotations, neutral.rotations) and np.array_equal(styled.hips, neutral.hips)
+
+
+def test_a_named_network_without_weights_is_refused_before_anything_is_judged(tmp_path):
+    with pytest.raises(
+        ValueError, match="there are no weights of large: name the folder that holds them with --weights"
+    ):
+        compare(tmp_path, networks=["large"])

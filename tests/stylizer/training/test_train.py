@@ -135,7 +135,7 @@ def test_a_damaged_checkpoint_is_a_sentence_that_says_what_to_do(folder, tmp_pat
     content = (out / "checkpoint.pt").read_bytes()
     for bytes_left in (b"", b"nonsense", content[: len(content) // 2]):
         (out / "checkpoint.pt").write_bytes(bytes_left)
-        with pytest.raises(ValueError, match="checkpoint.pt is damaged, or another network's: train anew"):
+        with pytest.raises(ValueError, match="checkpoint.pt is damaged, or another network's or recipe's: train anew"):
             training.train(folder, out, steps=2, resume=True, network="tiny", recipe="small")
 
 
