@@ -18,9 +18,7 @@ STANDS = (0.5, 1.0)  # weights of standing between which it stands: who creeps h
 STEP_NEXT = 0.0, math.pi  # phases at which the left foot, and the right one, is the next to step: the other has landed
 FREE = 1.4  # radians about these within which it still is
 FASTEST = 30.0 / FPS  # radians a frame: fast enough to be there before the first step, and no joint is seen to jump
-BRISK = (
-    1.0  # metres a second: who is asked to go slower has so much longer until that step, and would be seen to twitch
-)
+BRISK = 1.0  # metres a second: who is asked to go slower has longer until that step, and would be seen to twitch
 
 
 def choose_first_foot(phase: np.ndarray, trajectory: Trajectory) -> np.ndarray:
