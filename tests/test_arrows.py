@@ -25,6 +25,7 @@ MAY_IMPORT = {  # room: what it may import besides itself and Python's library
         "matplotlib",
         "pygame",
         "OpenGL",
+        "playwright",
         "PIL",
         "imageio_ffmpeg",
         "aiohttp",
@@ -78,6 +79,7 @@ CALLED_ALIKE = {
     "sim/io": {"read", "write"},  # bvh.read, recording.read ...
     "demo/commands": {"add_arguments", "run"},
     "demo/examples": {"main"},
+    "demo/tools": {"main"},
     "stylizer/systems": {  # each file is one paper's system, with its own networks
         "Config",
         "Objective",
