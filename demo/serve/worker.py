@@ -23,6 +23,7 @@ from sim.session import Frame
 from stylizer.runtime.live import LiveStylizer
 
 FRAME_SECONDS = 1 / FPS
+PLACES = A_WORKER - 1  # in a crowd: the first to come moves alone
 MAX_CATCH_UP = 2  # frames that one turn may make up for; a longer stop is counted, not raced after
 MOST_MESSAGES = 200  # that are taken in a turn
 REPORTED = 60 * FPS  # turns whose times are kept for a report
@@ -54,7 +55,7 @@ class Worker:
         self._visitors: dict[int, Visitor] = {}
         # Characters that stand where those before left them until somebody comes: so many side by side take the time of
         # two that move alone. Who is first, or has to start over, moves alone.
-        self._crowd = self._base.crowd(A_WORKER)
+        self._crowd = self._base.crowd(PLACES)
         self._crowd.stand_on(load_ground(self._ground))
         self._character = characters.kept() if options.character else None
         self.missed = 0  # frames that were not made, because those before took too long
@@ -105,7 +106,7 @@ class Worker:
         members = {visitor.place[1]: visitor for visitor in self._awake().values() if visitor.place}
         if not members:
             return
-        commands = [members[slot].command() if slot in members else Command() for slot in range(A_WORKER)]
+        commands = [members[slot].command() if slot in members else Command() for slot in range(PLACES)]
         try:
             frame = self._crowd.step(Commands(commands))
         except ValueError:  # somebody's style is refused: whose, and then on without it
@@ -122,7 +123,7 @@ class Worker:
     def _free_place(self) -> Place | None:
         """A place in the crowd; None for who is the first, and where styles are drawn for each by chance."""
         taken = {visitor.place[1] for visitor in self._visitors.values() if visitor.place}
-        free = next((slot for slot in range(A_WORKER) if slot not in taken), None)
+        free = next((slot for slot in range(PLACES) if slot not in taken), None)
         if not self._visitors or free is None or self._base.stylizer.seed is not None:
             return None
         return self._crowd, free
