@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from controller.runtime.trajectory import Trajectory
+from controller.runtime.trajectory import Trajectory, rotate_2d
 from sim.math import rotations as rot
 from sim.math.easing import ramp
 from sim.motion.clip import FPS
@@ -25,7 +25,9 @@ def choose_first_foot(phase: np.ndarray, trajectory: Trajectory) -> np.ndarray:
     """The phase (...) in radians, moved towards where the foot that fits steps next."""
     way, facing = trajectory.wanted_velocity, trajectory.facing
     asked, speed = rot.length(way)[..., 0], rot.length(trajectory.velocity)[..., 0]
-    side = (way[..., 0] * np.cos(facing) - way[..., 1] * np.sin(facing)) / np.maximum(asked, 1e-6)
+    side = rotate_2d(way[..., None, :], -facing)[..., 0, 0] / np.maximum(
+        asked, 1e-6
+    )  # sine of the angle, left positive
     chooses = (np.abs(side) > ASLANT) & (speed < SETTING_OFF * asked)
     beyond = rot.wrap_angle(np.where(side > 0, *STEP_NEXT) - phase)
     beyond = beyond - _within(beyond, FREE)
@@ -35,4 +37,5 @@ def choose_first_foot(phase: np.ndarray, trajectory: Trajectory) -> np.ndarray:
 
 
 def _within(values: np.ndarray | float, bound: np.ndarray | float) -> np.ndarray:
+    """Numbers (...) kept to -bound .. bound."""
     return np.minimum(np.maximum(values, -bound), bound)

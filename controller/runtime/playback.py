@@ -7,8 +7,9 @@ from sim.body.skeleton import JOINT_COUNT
 from sim.math import rotations as rot
 
 CATCH_UP = 0.02  # frames a frame by which a motion that is played at its own rate again comes back to whole frames
-ANGLES = slice(PLACES["root_facing"].start, None, PLACES["phase"].start - PLACES["root_facing"].start)  # in `Pose.flat`
-ROTATIONS, CONTACTS = PLACES["rotations"], PLACES["contacts"]
+# In `Pose.flat`. The angles are two numbers: the root's facing, and the phase, which is the last of all.
+ROTATIONS, CONTACTS, FACING, PHASE = (PLACES[name] for name in ("rotations", "contacts", "root_facing", "phase"))
+ANGLES = slice(FACING.start, None, PHASE.start - FACING.start)
 
 
 class Playback:
@@ -56,8 +57,8 @@ class Playback:
         now = first * poses[0] + middle * poses[1] + last * poses[2]
         now[..., ROTATIONS] = rot.normalize(_rotations(now)).reshape((*now.shape[:-1], -1))
         now[..., CONTACTS] = np.minimum(np.maximum(now[..., CONTACTS], 0.0), 1.0)
-        now[..., PLACES["phase"]] = now[..., PLACES["phase"]] % (2 * np.pi)
-        now[..., PLACES["root_facing"]] = rot.wrap_angle(now[..., PLACES["root_facing"]])
+        now[..., PHASE] = now[..., PHASE] % (2 * np.pi)
+        now[..., FACING] = rot.wrap_angle(now[..., FACING])
         return Pose.of_flat(now)
 
 

@@ -131,7 +131,7 @@ class LiveStylizer:
         self.mixers = [StyleMixer(self.PERIOD, one % self.PERIOD) for one in range(count)]
         self.inertializer = Inertializer(self._leading)
         self.frame = 0
-        self._follow_strengths()
+        self._follow_parts()
         self._paces: dict[tuple[str, str], tuple[object, np.ndarray]] = {}  # by style and gait
         rows = *self._leading, JOINT_COUNT + 1, 3
         self._raw = np.zeros((2, *rows))  # the last deltas of FIRST and OTHER, unwrapped
@@ -153,7 +153,7 @@ class LiveStylizer:
         for name in {name for each in styles for name in each.names}:
             self.bank[name]
         switching = [mixer.step(each) for mixer, each in zip(self.mixers, styles, strict=True)]
-        self._follow_strengths()
+        self._follow_parts()
         self._travel = np.asarray(travel).reshape(-1, 1)
         self.frame += 1
         if not self._worn.any() and not self.inertializer.offset.any():
@@ -168,7 +168,7 @@ class LiveStylizer:
         turns, shift = self.inertializer.step(turns, delta[..., -1, :], jumping)
         return preserve_hands(apply_delta(neutral, turns, shift), neutral, self._styled[..., ARM_PARTS])
 
-    def _follow_strengths(self) -> None:
+    def _follow_parts(self) -> None:
         """What depends on the styles and strengths of the parts alone, worked out anew where one changes."""
         if all(mixer.steady for mixer in self.mixers):
             return

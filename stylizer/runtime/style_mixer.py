@@ -74,20 +74,20 @@ class StyleMixer:
         self._evaluated, self._switching = None, True
         self._kept.clear()
         for part in self.parts:
-            part.move()
+            part.disturb()
 
     def keep(self, styles: Collection[str]) -> None:
         """A part with another style than these fades to its own."""
         for part in self.parts:
             if not {part.name, part.other} <= set(styles):
                 part.name = part.other = OWN
-                part.move()
+                part.disturb()
 
     def rename(self, name: str, new: str) -> None:
         """A style is called something else from now on."""
         for part in self.parts:
             part.name, part.other = (new if each == name else each for each in (part.name, part.other))
-            part.move()
+            part.disturb()
         self._kept.clear()
 
     def due(self) -> bool:
@@ -163,10 +163,10 @@ class _Part:
 
     def rests_at(self, spec: PartSpec | None) -> bool:
         """Whether a step to what is asked changes nothing."""
-        return self._arrived is spec or (self._arrived == spec and spec is not None)
+        return self._arrived == spec
 
-    def move(self) -> None:
-        """It has changed otherwise than by a step."""
+    def disturb(self) -> None:
+        """It has changed otherwise than by a step: the next one is made in full."""
         self._arrived = False
 
     def step(self, spec: PartSpec | None) -> bool:
