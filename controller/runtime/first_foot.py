@@ -25,9 +25,8 @@ def choose_first_foot(phase: np.ndarray, trajectory: Trajectory) -> np.ndarray:
     """The phase (...) in radians, moved towards where the foot that fits steps next."""
     way, facing = trajectory.wanted_velocity, trajectory.facing
     asked, speed = rot.length(way)[..., 0], rot.length(trajectory.velocity)[..., 0]
-    side = rotate_2d(way[..., None, :], -facing)[..., 0, 0] / np.maximum(
-        asked, 1e-6
-    )  # sine of the angle, left positive
+    to_left = rotate_2d(way[..., None, :], -facing)[..., 0, 0]  # metres a second
+    side = to_left / np.maximum(asked, 1e-6)
     chooses = (np.abs(side) > ASLANT) & (speed < SETTING_OFF * asked)
     beyond = rot.wrap_angle(np.where(side > 0, *STEP_NEXT) - phase)
     beyond = beyond - _within(beyond, FREE)
